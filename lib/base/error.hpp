@@ -1,0 +1,55 @@
+/// The ways a run can end badly, as types. What each means for the exit code stands in verify/main.cpp.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace veriflex {
+
+/// Where in an input something stands. `line` 0 means the whole file; an empty file means the command line.
+struct Place {
+  std::string file;
+  unsigned line = 0;
+  unsigned column = 0;
+};
+
+/// `file:line:col`, as much of it as is known.
+std::string to_string(const Place& place);
+
+/// A case, reference or option that cannot be used. Message: `file:line:col: problem (why). Suggestion.`
+class InputError : public std::runtime_error {
+ public:
+  InputError(const Place& place, std::string_view problem, std::string_view why, std::string_view suggestion);
+};
+
+/// A parameter of a physical model outside its meaning, by name: the reader that knows where the value was written
+/// turns it into an InputError.
+struct BadParameter : std::invalid_argument {
+  BadParameter(std::string_view parameter, std::string_view problem, std::string_view why,
+               std::string_view suggestion);
+  std::string parameter, problem, why, suggestion;
+};
+
+/// A parameter without default that was not given.
+struct MissingParameter : BadParameter {
+  using BadParameter::BadParameter;
+};
+
+/// A computation that left its range of validity (NaN, a bond at its limit, a singular system).
+class NumericalFailure : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// A file that could not be written, or a child process that died.
+class OutputError : public std::runtime_error {
+ public:
+  OutputError(std::string_view path, std::string_view problem, std::string_view remedy);
+};
+
+/// The name in `known` nearest to `word`, or empty when none is near enough to be a misspelling of it.
+std::string nearest_name(std::string_view word, const std::vector<std::string>& known);
+
+}  // namespace veriflex

@@ -1,0 +1,92 @@
+/// FENE attraction plus cut-off Lennard-Jones repulsion (the bond of the GLNSM).        [wu-qi-2014, Eqs. 17-18]
+///
+///   U(r) = -1/2 K R0^2 ln(1 - (r/R0)^2) + [4 eta ((sigma/r)^12 - (sigma/r)^6) - U_LJ(Rc)]  for r < Rc,
+///          the first term alone beyond Rc
+///
+/// Defined for 0 < r < R0. The paper gives no Rc (departure D4: default 2^(1/6) sigma, where the LJ force vanishes) and
+/// no shift (D5: U is continuous at Rc); its printed Eq. 17 may lack the square on R0 (the printed force agrees with it).
+#pragma once
+
+#include <cmath>
+
+#include "base/error.hpp"
+#include "bond/bond_law.hpp"
+
+namespace veriflex::bond {
+
+struct FeneLj {
+  double depth;       // eta    [M L^2 T^-2]
+  double diameter;    // sigma  [L]
+  double attraction;  // K      [M T^-2]; not the bond's stiffness, see derive.hpp
+  double reach;       // R0     [L]
+  double cutoff;      // Rc     [L]; infinity keeps the whole Lennard-Jones term
+
+  static constexpr double lj_minimum = 1.122462048309372981433533;  // 2^(1/6), in units of sigma
+  static constexpr std::string_view name = "fene-lj";
+  static constexpr std::array parameters{
+      Parameter<FeneLj>{"depth", &FeneLj::depth, {1, 0}, "eta, depth of the Lennard-Jones well"},
+      Parameter<FeneLj>{"diameter", &FeneLj::diameter, {0, 1}, "sigma, where the Lennard-Jones term is zero"},
+      Parameter<FeneLj>{"attraction",
+                        &FeneLj::attraction,
+                        {1, -2},
+                        "K, FENE coefficient; default 30 depth / diameter^2",
+                        [](const FeneLj& b) { return 30.0 * b.depth / (b.diameter * b.diameter); }},
+      Parameter<FeneLj>{"reach",
+                        &FeneLj::reach,
+                        {0, 1},
+                        "R0, length that is never reached; default 1.5 diameter",
+                        [](const FeneLj& b) { return 1.5 * b.diameter; }},
+      Parameter<FeneLj>{"cutoff",
+                        &FeneLj::cutoff,
+                        {0, 1},
+                        "Rc, end of the Lennard-Jones term, inf for none; default 2^(1/6) diameter",
+                        [](const FeneLj& b) { return lj_minimum * b.diameter; }},
+  };
+
+  double energy(double r) const {
+    const double x = r / reach;
+    const double fene = -0.5 * attraction * reach * reach * std::log1p(-x * x);
+    return r < cutoff ? fene + lj_energy(r) - (std::isinf(cutoff) ? 0.0 : lj_energy(cutoff)) : fene;
+  }
+  double tension(double r) const {
+    const double x = r / reach;
+    const double fene = attraction * r / ((1.0 - x) * (1.0 + x));
+    if (r >= cutoff) return fene;
+    const double s6 = sixth_power(diameter / r);
+    return fene - 24.0 * depth / r * (2.0 * s6 * s6 - s6);
+  }
+  double stiffness(double r) const {
+    const double x = r / reach;
+    const double gap = (1.0 - x) * (1.0 + x);
+    const double fene = attraction * (1.0 + x * x) / (gap * gap);
+    if (r >= cutoff) return fene;
+    const double s6 = sixth_power(diameter / r);
+    return fene + 24.0 * depth / (r * r) * (26.0 * s6 * s6 - 7.0 * s6);
+  }
+  Interval domain() const { return {0.0, reach}; }
+  double typical_length() const { return diameter < reach ? diameter : 0.5 * reach; }
+  std::array<double, 1> kinks() const { return {cutoff}; }
+  void check() const {
+    require_positive("depth", depth);
+    require_positive("diameter", diameter);
+    require_positive("attraction", attraction);
+    require_positive("reach", reach);
+    if (!(cutoff > 0.0)) {
+      throw BadParameter("cutoff", "cutoff is not positive", "it is a length; inf keeps the whole Lennard-Jones term",
+                         "Leave it out for the default 2^(1/6) diameter");
+    }
+  }
+
+ private:
+  static double sixth_power(double s) {
+    const double s3 = s * s * s;
+    return s3 * s3;
+  }
+  double lj_energy(double r) const {
+    const double s6 = sixth_power(diameter / r);
+    return 4.0 * depth * (s6 * s6 - s6);
+  }
+};
+static_assert(BondLaw<FeneLj> && HasKinks<FeneLj>);
+
+}  // namespace veriflex::bond

@@ -1,0 +1,34 @@
+/// Harmonic spring (the bond of the GLSM).                                              [wu-qi-2014, Eq. 13]
+///
+///   U(r) = 1/2 k (r - r0)^2
+///
+/// Defined for every r > 0: nothing in it forbids a bond to collapse or to stretch without limit.
+#pragma once
+
+#include "bond/bond_law.hpp"
+
+namespace veriflex::bond {
+
+struct Harmonic {
+  double bond_stiffness;  // k   [M T^-2]
+  double rest_length;     // r0  [L]
+
+  static constexpr std::string_view name = "harmonic";
+  static constexpr std::array parameters{
+      Parameter<Harmonic>{"bond_stiffness", &Harmonic::bond_stiffness, {1, -2}, "k, spring constant"},
+      Parameter<Harmonic>{"rest_length", &Harmonic::rest_length, {0, 1}, "r0, length without force"},
+  };
+
+  double energy(double r) const { return 0.5 * bond_stiffness * (r - rest_length) * (r - rest_length); }
+  double tension(double r) const { return bond_stiffness * (r - rest_length); }
+  double stiffness(double) const { return bond_stiffness; }
+  Interval domain() const { return {0.0, infinity}; }
+  double typical_length() const { return rest_length; }
+  void check() const {
+    require_positive("bond_stiffness", bond_stiffness);
+    require_positive("rest_length", rest_length);
+  }
+};
+static_assert(BondLaw<Harmonic>);
+
+}  // namespace veriflex::bond

@@ -1,0 +1,294 @@
+#include "io/document.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <toml++/toml.h>
+
+#include <cmath>
+#include <map>
+#include <set>
+
+namespace veriflex::io {
+
+struct Section::Node {
+  std::shared_ptr<const toml::table> document;  // keeps the nodes alive
+  const toml::table* table;
+  std::string file;
+  std::string name;  // dotted path of this table, empty at the top
+  std::map<const toml::node*, std::string> overridden;  // values that came from --set, with its text
+  std::set<std::string, std::less<>> read;
+  std::set<std::string, std::less<>> asked;  // keys somebody knows, for suggestions
+  std::vector<std::shared_ptr<Node>> below;
+};
+
+namespace {
+
+std::string type_name(const toml::node& node) {
+  switch (node.type()) {
+    case toml::node_type::table: return "a table";
+    case toml::node_type::array: return "an array";
+    case toml::node_type::string: return "text";
+    case toml::node_type::integer: return "an integer";
+    case toml::node_type::floating_point: return "a number";
+    case toml::node_type::boolean: return "true or false";
+    default: return "a date or time";
+  }
+}
+
+Place place_of(const toml::node& node, const std::string& file) {
+  return {file, node.source().begin.line, node.source().begin.column};
+}
+
+void apply_override(toml::table& document, const std::string& setting, const std::string& file,
+                    std::map<const toml::node*, std::string>& overridden) {
+  const auto bad = [&](const std::string& problem, const std::string& why, const std::string& suggestion) {
+    throw InputError({}, fmt::format("--set {}: {}", setting, problem), why, suggestion);
+  };
+  const std::size_t equals = setting.find('=');
+  if (equals == std::string::npos || equals == 0) bad("not of the form key=value", "", "Write --set bond.depth=2.0");
+  const std::string path = setting.substr(0, equals);
+  const std::string value = setting.substr(equals + 1);
+
+  toml::table parsed;
+  try {
+    parsed = toml::parse("value = " + value);
+  } catch (const toml::parse_error&) {
+    parsed = toml::table{{"value", value}};  // a bare word is text
+  }
+  if (parsed.size() != 1) bad("the value is more than one TOML value", "", "Set one key at a time");
+
+  toml::node* at = &document;
+  std::string last = path;
+  for (std::size_t dot = last.find('.'); dot != std::string::npos; dot = last.find('.')) {
+    const std::string key = last.substr(0, dot);
+    last = last.substr(dot + 1);
+    toml::node* next = nullptr;
+    if (toml::table* table = at->as_table()) {
+      next = table->get(key);
+    } else if (toml::array* array = at->as_array()) {
+      const bool is_index = !key.empty() && key.find_first_not_of("0123456789") == std::string::npos && key.size() < 6;
+      if (is_index) next = array->get(std::stoul(key));
+    }
+    if (next == nullptr) {
+      bad(fmt::format("{} has no '{}'", file, key), "the tables on the way to the key must exist",
+          "Look at the case file for its tables");
+    }
+    at = next;
+  }
+  toml::table* table = at->as_table();
+  if (table == nullptr || last.empty()) {
+    bad(fmt::format("'{}' is not inside a table of {}", path, file), "", "Look at the case file");
+  }
+  table->insert_or_assign(last, std::move(*parsed.get("value")));
+  overridden.insert_or_assign(table->get(last), "--set " + setting);
+}
+
+// The section of a table below `parent`, the same one however often it is asked for.
+std::shared_ptr<Section::Node> child(Section::Node& parent, const toml::table& table, const std::string& name) {
+  for (const auto& known : parent.below) {
+    if (known->table == &table) return known;
+  }
+  auto node = std::make_shared<Section::Node>();
+  node->document = parent.document;
+  node->table = &table;
+  node->file = parent.file;
+  node->name = parent.name.empty() ? name : parent.name + "." + name;
+  node->overridden = parent.overridden;
+  parent.below.push_back(node);
+  return node;
+}
+
+const toml::node* find(Section::Node& section, const std::string& key) {
+  section.asked.insert(key);
+  const toml::node* node = section.table->get(key);
+  if (node != nullptr) section.read.insert(key);
+  return node;
+}
+
+const toml::node& need(const Section& of, Section::Node& section, const std::string& key) {
+  const toml::node* node = find(section, key);
+  if (node == nullptr) {
+    std::vector<std::string> unread;
+    for (const auto& [name, unused] : *section.table) {
+      if (!section.asked.contains(name.str())) unread.emplace_back(name.str());
+    }
+    const std::string near = nearest_name(key, unread);
+    const std::string where = section.name.empty() ? "the file" : fmt::format("[{}]", section.name);
+    throw InputError(near.empty() ? of.place() : of.place(near), fmt::format("{} lacks '{}'", where, key),
+                     "it has no default", near.empty() ? "Add it" : fmt::format("Is '{}' a misspelling of it?", near));
+  }
+  return *node;
+}
+
+double as_number(const Section& section, const std::string& key, const toml::node& node, bool infinity_too) {
+  const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
+  if (!value) section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a number is needed", "Write it without quotes, like 1.5e-3");
+  if (std::isnan(*value) || (std::isinf(*value) && !(infinity_too && *value > 0.0))) {
+    section.fail(key, fmt::format("'{}' is {}", key, *value), "a finite number is needed", "Give a finite value");
+  }
+  return *value;
+}
+
+const toml::array& as_array(const Section& section, const std::string& key, const toml::node& node) {
+  if (const toml::array* array = node.as_array()) return *array;
+  section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an array is needed", "Write it in brackets: [...]");
+}
+
+}  // namespace
+
+bool Section::has(const std::string& key) const {
+  node_->asked.insert(key);
+  return node_->table->contains(key);
+}
+
+double Section::number(const std::string& key) const {
+  return as_number(*this, key, need(*this, *node_, key), false);
+}
+
+double Section::number_or_infinity(const std::string& key) const {
+  return as_number(*this, key, need(*this, *node_, key), true);
+}
+
+std::int64_t Section::integer(const std::string& key, std::int64_t least, std::int64_t most) const {
+  const toml::node& node = need(*this, *node_, key);
+  const std::optional<std::int64_t> value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
+  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an integer is needed", "Write it without point and quotes");
+  if (*value < least || *value > most) {
+    fail(key, fmt::format("'{}' is {}", key, *value), fmt::format("it must lie between {} and {}", least, most),
+         "Choose a value in that range");
+  }
+  return *value;
+}
+
+bool Section::flag(const std::string& key) const {
+  const toml::node& node = need(*this, *node_, key);
+  const std::optional<bool> value = node.is_boolean() ? node.value<bool>() : std::nullopt;
+  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "true or false is needed", "Write it without quotes");
+  return *value;
+}
+
+std::string Section::text(const std::string& key) const {
+  const toml::node& node = need(*this, *node_, key);
+  const std::optional<std::string> value = node.is_string() ? node.value<std::string>() : std::nullopt;
+  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "text is needed", "Write it in quotes");
+  if (value->empty()) fail(key, fmt::format("'{}' is empty", key), "it is shown to the reader", "Fill it in");
+  return *value;
+}
+
+std::vector<double> Section::numbers(const std::string& key) const {
+  std::vector<double> values;
+  for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
+    values.push_back(as_number(*this, key, item, false));
+  }
+  return values;
+}
+
+std::vector<std::int64_t> Section::integers(const std::string& key) const {
+  std::vector<std::int64_t> values;
+  for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
+    const std::optional<std::int64_t> value = item.is_integer() ? item.value<std::int64_t>() : std::nullopt;
+    if (!value) fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "integers are needed", "Write them like [4, 4, 12]");
+    values.push_back(*value);
+  }
+  return values;
+}
+
+std::vector<std::string> Section::texts(const std::string& key) const {
+  std::vector<std::string> values;
+  for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
+    const std::optional<std::string> value = item.is_string() ? item.value<std::string>() : std::nullopt;
+    if (!value || value->empty()) fail(key, fmt::format("'{}' holds {}", key, value ? "empty text" : type_name(item)), "texts are needed", "Write them in quotes");
+    values.push_back(*value);
+  }
+  return values;
+}
+
+Section Section::table(const std::string& key) const {
+  const toml::node& node = need(*this, *node_, key);
+  if (!node.is_table()) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a table is needed", fmt::format("Write [{}] and its keys below", key));
+  return Section(child(*node_, *node.as_table(), key));
+}
+
+std::vector<Section> Section::tables(const std::string& key) const {
+  std::vector<Section> all;
+  const toml::node* node = find(*node_, key);
+  if (node == nullptr) return all;
+  for (const toml::node& item : as_array(*this, key, *node)) {
+    if (!item.is_table()) fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "tables are needed", fmt::format("Write [[{}]] before each", key));
+    all.emplace_back(child(*node_, *item.as_table(), fmt::format("{}.{}", key, all.size())));
+  }
+  return all;
+}
+
+std::optional<double> Section::number_if(const std::string& key) const {
+  return has(key) ? std::optional(number(key)) : std::nullopt;
+}
+
+double Section::number(const std::string& key, double otherwise) const { return has(key) ? number(key) : otherwise; }
+
+std::string Section::text(const std::string& key, const std::string& otherwise) const {
+  return has(key) ? text(key) : otherwise;
+}
+
+bool Section::flag(const std::string& key, bool otherwise) const { return has(key) ? flag(key) : otherwise; }
+
+std::string Section::choice(const std::string& key, const std::vector<std::string>& allowed) const {
+  const std::string value = text(key);
+  for (const std::string& one : allowed) {
+    if (value == one) return value;
+  }
+  const std::string near = nearest_name(value, allowed);
+  fail(key, fmt::format("unknown {} '{}'", key, value), fmt::format("known: {}", fmt::join(allowed, ", ")),
+       near.empty() ? "Choose one of these" : fmt::format("Did you mean '{}'?", near));
+}
+
+std::vector<std::string> Section::keys() const {
+  std::vector<std::string> names;
+  for (const auto& [name, unused] : *node_->table) names.emplace_back(name.str());
+  return names;
+}
+
+Place Section::place() const { return place_of(*node_->table, node_->file); }
+
+Place Section::place(const std::string& key) const {
+  const toml::node* node = node_->table->get(key);
+  if (node == nullptr) return place();
+  if (const auto set = node_->overridden.find(node); set != node_->overridden.end()) return {set->second};
+  return place_of(*node, node_->file);
+}
+
+void Section::fail(const std::string& key, const std::string& problem, const std::string& why,
+                   const std::string& suggestion) const {
+  throw InputError(place(key), problem, why, suggestion);
+}
+
+void Section::finish() const {
+  for (const auto& [name, value] : *node_->table) {
+    const std::string key{name.str()};
+    if (node_->read.contains(key)) continue;
+    const std::vector<std::string> known(node_->asked.begin(), node_->asked.end());
+    const std::string near = nearest_name(key, known);
+    const std::string where = node_->name.empty() ? "the top level" : fmt::format("[{}]", node_->name);
+    fail(key, fmt::format("unknown key '{}' at {}", key, where), "nothing reads it",
+         near.empty() ? fmt::format("Keys known here: {}", fmt::join(known, ", ")) : fmt::format("Did you mean '{}'?", near));
+  }
+  for (const auto& node : node_->below) Section(node).finish();
+}
+
+Section parse_document(const std::string& text, const std::string& file, const std::vector<std::string>& overrides) {
+  auto document = std::make_shared<toml::table>();
+  try {
+    *document = toml::parse(text, file);
+  } catch (const toml::parse_error& error) {
+    throw InputError({file, error.source().begin.line, error.source().begin.column}, "not valid TOML",
+                     std::string(error.description()), "Mend the line");
+  }
+  auto top = std::make_shared<Section::Node>();
+  for (const std::string& setting : overrides) apply_override(*document, setting, file, top->overridden);
+  top->document = document;
+  top->table = document.get();
+  top->file = file;
+  return Section(top);
+}
+
+}  // namespace veriflex::io

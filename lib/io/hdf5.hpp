@@ -1,0 +1,38 @@
+/// An HDF5 file made in memory, so that it reaches the disk whole or not at all.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace veriflex::io {
+
+/// The file being made. Paths are absolute ("/records/potential"); groups on the way to a data set are made as needed.
+/// Identical calls give identical bytes: no times are stored. Every function throws std::runtime_error naming the path when
+/// the HDF5 library refuses, which is a mistake of the caller or lack of memory.
+class Hdf5Image {
+ public:
+  Hdf5Image();
+  ~Hdf5Image();
+  Hdf5Image(const Hdf5Image&) = delete;
+  Hdf5Image& operator=(const Hdf5Image&) = delete;
+
+  void group(const std::string& path);
+  void text(const std::string& path, const std::string& value);
+  void texts(const std::string& path, const std::vector<std::string>& values);
+  void numbers(const std::string& path, const std::vector<double>& values);
+
+  /// Attributes of the group or data set at `path`, which must exist ("/" always does).
+  void attribute(const std::string& path, const std::string& name, const std::string& value);
+  void attribute(const std::string& path, const std::string& name, std::int64_t value);
+  void attribute(const std::string& path, const std::string& name, const std::vector<std::string>& values);
+
+  /// The bytes of the file so far.
+  std::vector<char> bytes() const;
+
+ private:
+  std::int64_t file_;
+};
+
+}  // namespace veriflex::io

@@ -1,0 +1,29 @@
+#include "observe/record.hpp"
+
+#include <algorithm>
+#include <cassert>
+
+namespace veriflex::observe {
+
+namespace {
+
+template <class Named>
+const Named* named(const std::vector<Named>& all, const std::string& name) {
+  const auto found = std::find_if(all.begin(), all.end(), [&](const Named& n) { return n.name == name; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+}  // namespace
+
+const Column* Record::find(const std::string& column) const { return named(columns, column); }
+
+void Record::append(const std::vector<double>& row) {
+  assert(row.size() == columns.size());
+  for (std::size_t i = 0; i < columns.size(); ++i) columns[i].values.push_back(row[i]);
+}
+
+const Record* Observations::record(const std::string& name) const { return named(records, name); }
+
+const Metric* Observations::metric(const std::string& name) const { return named(metrics, name); }
+
+}  // namespace veriflex::observe

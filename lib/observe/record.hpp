@@ -1,0 +1,43 @@
+/// What a run measured: tables of named, dimensioned columns, and single numbers.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace veriflex::observe {
+
+struct Column {
+  std::string name;
+  std::string symbol;
+  std::string dimension;  // such as "M L^-1 T^-2"; "1" for a pure number
+  std::string meaning;
+  std::vector<double> values;
+};
+
+struct Record {
+  std::string name;
+  std::string title;
+  std::vector<Column> columns;  // of equal length
+
+  /// The column of that name, or null.
+  const Column* find(const std::string& column) const;
+  /// Appends one row; as many values as columns.
+  void append(const std::vector<double>& row);
+};
+
+struct Metric {
+  std::string name;
+  double value;
+  std::string dimension;
+  std::string meaning;
+};
+
+struct Observations {
+  std::vector<Record> records;
+  std::vector<Metric> metrics;
+
+  const Record* record(const std::string& name) const;
+  const Metric* metric(const std::string& name) const;
+};
+
+}  // namespace veriflex::observe

@@ -1,0 +1,66 @@
+#include "solid/tension_test.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "solid/statics.hpp"
+
+namespace veriflex::solid {
+
+namespace {
+
+constexpr int x_axis = 0, y_axis = 1, z_axis = 2;
+
+// Everything but the axial coordinate of the last section, which displacement control holds too.
+Held holds(const Block& block, bool lateral_held) {
+  Held held = Held::Constant(3, block.node_count(), false);
+  const std::int64_t section = block.nodes[0] * block.nodes[1];
+  held.row(z_axis).head(section).setConstant(true);
+  if (lateral_held) {
+    held.topRows(2).setConstant(true);
+    return held;
+  }
+  // The first section cannot leave its plane; what is left is a shift and a turn in it.
+  held(x_axis, 0) = held(y_axis, 0) = true;
+  if (block.nodes[0] > 1) {
+    held(y_axis, block.nodes[0] - 1) = true;
+  } else if (block.nodes[1] > 1) {
+    held(x_axis, block.nodes[1] - 1) = true;
+  }
+  return held;
+}
+
+double mean_end(const Block& block, const Positions& x) {
+  const std::int64_t section = block.nodes[0] * block.nodes[1];
+  return x.row(z_axis).tail(section).mean();
+}
+
+}  // namespace
+
+Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_held, double strain) {
+  const Network network = cubic_lattice(block);
+  const std::int64_t section = block.nodes[0] * block.nodes[1];
+  Held held = holds(block, lateral_held);
+  held.row(z_axis).tail(section).setConstant(true);
+  // The start is deliberately not the uniform stretch that solves the problem, and no bond of it is strained more than 5 %
+  // further than that.
+  Positions x = network.rest;
+  const double length = block.length();
+  for (auto z : x.row(z_axis)) {
+    z += strain * (z + 0.05 * length / std::numbers::pi * std::sin(std::numbers::pi * z / length));
+  }
+  x.row(z_axis).tail(section).setConstant(length * (1.0 + strain));
+  const Equilibrium e = equilibrium(law, network, x, held, Positions::Zero(3, x.cols()));
+  return {strain, e.reaction.row(z_axis).tail(section).sum() / block.section(), e.iterations, e.residual};
+}
+
+Pulled pull_with_stress(const bond::AnyLaw& law, const Block& block, bool lateral_held, double stress) {
+  const Network network = cubic_lattice(block);
+  const std::int64_t section = block.nodes[0] * block.nodes[1];
+  Positions load = Positions::Zero(3, network.rest.cols());
+  load.row(z_axis).tail(section).setConstant(stress * block.spacing * block.spacing);
+  const Equilibrium e = equilibrium(law, network, network.rest, holds(block, lateral_held), load);
+  return {mean_end(block, e.x) / block.length() - 1.0, stress, e.iterations, e.residual};
+}
+
+}  // namespace veriflex::solid

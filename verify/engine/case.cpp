@@ -1,0 +1,222 @@
+#include "engine/case.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "io/file.hpp"
+
+namespace veriflex::engine {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+Tolerance read_tolerance(const io::Section& check, bool curve) {
+  const io::Section t = check.table("tolerance");
+  std::vector<std::string> given;
+  for (const char* form : {"absolute", "relative", "digits"}) {
+    if (t.has(form)) given.emplace_back(form);
+  }
+  if (given.size() != 1) {
+    check.fail("tolerance", fmt::format("tolerance has {} of: absolute, relative, digits", given.size()),
+               "exactly one says how it is meant", "Write for example { relative = 1e-9, reason = \"...\" }");
+  }
+  Tolerance tolerance{};
+  tolerance.reason = t.text("reason");
+  if (given[0] == "digits") {
+    const std::int64_t digits = t.integer("digits", -300, 300);
+    tolerance.value = 0.5 * std::pow(10.0, -static_cast<double>(digits));
+    tolerance.text = fmt::format("half a unit of decimal place {}", digits);
+  } else {
+    tolerance.relative = given[0] == "relative";
+    tolerance.value = t.number(given[0]);
+    tolerance.text = fmt::format("{} {}", tolerance.value, given[0]);
+  }
+  if (!(tolerance.value > 0.0)) {
+    t.fail(given[0], fmt::format("tolerance is {}", tolerance.value), "it must be positive", "Give a positive number");
+  }
+  if (curve && !tolerance.relative) {
+    t.fail(given[0], fmt::format("'{}' does not fit a curve", given[0]),
+           "its errors are relative to max(|reference|, floor)", "Write { relative = ..., floor = ..., reason = ... }");
+  }
+  if (curve) {
+    tolerance.floor = t.number("floor");
+    if (!(tolerance.floor >= 0.0)) t.fail("floor", "floor is negative", "it bounds |reference| from below", "Give 0 or more");
+    tolerance.text = fmt::format("{} max(|reference|, {})", tolerance.value, tolerance.floor);
+  }
+  return tolerance;
+}
+
+std::size_t index_of_reference(const std::string& id, Case& c, const fs::path& reference_folder, const Place& place) {
+  for (std::size_t i = 0; i < c.references.size(); ++i) {
+    if (c.references[i].id == id) return i;
+  }
+  c.references.push_back(find_reference(id, c.path.parent_path(), reference_folder, place));
+  return c.references.size() - 1;
+}
+
+void read_target(const io::Section& s, Check& check, Case& c, const fs::path& reference_folder) {
+  if (s.has("target") == s.has("reference")) {
+    throw InputError(s.place(), s.has("target") ? "both target and reference" : "neither target nor reference",
+                     "a check compares with one number", "Give either reference (and quantity), or target, kind and source");
+  }
+  if (s.has("target")) {
+    if (check.curve) s.fail("target", "a curve needs a reference", "its points stand in a table", "Name a reference");
+    check.target = s.number("target");
+    check.kind = s.choice("kind", reference_kinds());
+    check.source = s.text("source");
+    return;
+  }
+  check.reference = index_of_reference(s.text("reference"), c, reference_folder, s.place("reference"));
+  const Reference& reference = c.references[*check.reference];
+  check.kind = reference.kind;
+  check.source = reference.source;
+  if (check.curve) {
+    for (const std::string& column : {check.curve->x, check.curve->y}) {
+      const bool found = std::any_of(reference.columns.begin(), reference.columns.end(),
+                                     [&](const io::CsvColumn& has) { return has.name == column; });
+      if (!found) {
+        s.fail("curve", fmt::format("reference '{}' has no column '{}'", reference.id, column),
+               "a curve is compared column by column of the same name", "Look at its data file");
+      }
+    }
+    check.target = 0.0;
+    return;
+  }
+  const std::string quantity = s.text("quantity", check.measure);
+  const auto found = reference.values.find(quantity);
+  if (found == reference.values.end()) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : reference.values) names.push_back(name);
+    s.fail(s.has("quantity") ? "quantity" : "reference",
+           fmt::format("reference '{}' has no value '{}'", reference.id, quantity),
+           fmt::format("it has: {}", fmt::join(names, ", ")), "Name one of these with quantity = \"...\"");
+  }
+  check.target = found->second.value;
+  const double allowed = check.tolerance.value * (check.tolerance.relative ? std::abs(check.target) : 1.0);
+  if (found->second.uncertainty > allowed) {
+    s.fail("tolerance", fmt::format("tolerance {} is tighter than the reference's uncertainty {}", allowed, found->second.uncertainty),
+           "the reference cannot decide that", "Widen the tolerance or find a better reference");
+  }
+}
+
+void read_claim(const io::Section& s, Check& check) {
+  check.claim = s.text("claim");
+  if (s.flag("expected_to_hold", true)) return;
+  const io::Section recorded = s.table("recorded");
+  check.refuted = Recorded{recorded.number("value"), recorded.number("relative")};
+}
+
+Check read_check(const io::Section& s, Case& c, const fs::path& reference_folder) {
+  Check check{};
+  check.place = s.place();
+  check.question = s.choice("question", {"code", "claim"}) == "code" ? Question::code : Question::claim;
+  check.statement = s.text("statement");
+  if (s.has("curve") == s.has("metric")) {
+    throw InputError(s.place(), s.has("curve") ? "both metric and curve" : "neither metric nor curve",
+                     "a check judges one of them", "Keep one");
+  }
+  if (s.has("curve")) {
+    const io::Section curve = s.table("curve");
+    check.curve = Curve{curve.text("record"), curve.text("x"), curve.text("y")};
+    check.measure = check.curve->record + "." + check.curve->y;
+  } else {
+    check.measure = s.text("metric");
+  }
+  const std::vector<std::string>& known = c.study.measures;
+  if (std::find(known.begin(), known.end(), check.measure) == known.end()) {
+    const std::string near = nearest_name(check.measure, known);
+    s.fail(check.curve ? "curve" : "metric", fmt::format("driver '{}' does not measure '{}'", c.driver, check.measure),
+           fmt::format("it measures: {}", fmt::join(known, ", ")),
+           near.empty() ? "Choose one of these" : fmt::format("Did you mean '{}'?", near));
+  }
+  check.tolerance = read_tolerance(s, check.curve.has_value());
+  read_target(s, check, c, reference_folder);
+  if (check.tolerance.relative && !check.curve && check.target == 0.0) {
+    s.fail("tolerance", "a relative tolerance of a target of zero", "nothing but exactly zero would pass",
+           "Give an absolute tolerance");
+  }
+  if (check.question == Question::claim) read_claim(s, check);
+  return check;
+}
+
+const Driver& find_driver(const io::Section& top, const std::vector<Driver>& drivers) {
+  std::vector<std::string> names;
+  for (const Driver& driver : drivers) names.push_back(driver.name);
+  const std::string name = top.choice("driver", names);
+  return *std::find_if(drivers.begin(), drivers.end(), [&](const Driver& d) { return d.name == name; });
+}
+
+CaseHead head_of(const io::Section& top, const fs::path& path) {
+  CaseHead head{path.stem().string(), "", "", "", {}, path, ""};
+  top.integer("schema", 1, 1);
+  const std::string id = top.text("id");
+  if (id != head.id) {
+    top.fail("id", fmt::format("id '{}' differs from the file's name", id), "they must agree",
+             fmt::format("Write id = \"{}\"", head.id));
+  }
+  head.title = top.text("title");
+  head.tier = top.choice("tier", tiers());
+  head.driver = top.text("driver");
+  head.topics = top.texts("topics");
+  return head;
+}
+
+}  // namespace
+
+const std::vector<std::string>& tiers() {
+  static const std::vector<std::string> names{"quick", "full", "paper"};
+  return names;
+}
+
+Case read_case(const fs::path& path, const std::vector<std::string>& overrides, const std::vector<Driver>& drivers,
+               const fs::path& reference_folder) {
+  Case c;
+  c.path = path;
+  c.text = io::read_file(path);
+  c.overrides = overrides;
+  const io::Section top = io::parse_document(c.text, path.string(), overrides);
+  CaseHead head = head_of(top, path);
+  c.id = std::move(head.id);
+  c.title = std::move(head.title);
+  c.tier = std::move(head.tier);
+  c.topics = std::move(head.topics);
+  c.asks = top.text("asks");
+  c.equation = top.text("equation");
+  c.sources = top.texts("sources");
+  const Driver& driver = find_driver(top, drivers);
+  c.driver = driver.name;
+  c.study = driver.read(top);
+  for (const io::Section& check : top.tables("check")) c.checks.push_back(read_check(check, c, reference_folder));
+  if (c.checks.empty()) {
+    throw InputError({path.string()}, "the case checks nothing", "its verdict would mean nothing", "Add a [[check]]");
+  }
+  top.finish();
+  return c;
+}
+
+CaseHead read_head(const fs::path& path) {
+  try {
+    return head_of(io::parse_document(io::read_file(path), path.string()), path);
+  } catch (const InputError& error) {
+    return {path.stem().string(), "", "", "", {}, path, error.what()};
+  }
+}
+
+std::vector<CaseHead> find_cases(const fs::path& folder) {
+  std::error_code error;
+  if (!fs::is_directory(folder, error)) {
+    throw InputError({folder.string()}, "no such folder of cases", "cases are looked for there", "Give another with --cases");
+  }
+  std::vector<CaseHead> heads;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == ".toml") heads.push_back(read_head(entry.path()));
+  }
+  std::sort(heads.begin(), heads.end(), [](const CaseHead& a, const CaseHead& b) { return a.id < b.id; });
+  return heads;
+}
+
+}  // namespace veriflex::engine

@@ -1,0 +1,83 @@
+/// A case: one question, the study that answers it, and the checks that judge the answer. Schema: cases/README.md.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "engine/reference.hpp"
+#include "engine/study.hpp"
+
+namespace veriflex::engine {
+
+enum class Question {
+  code,   // does the program satisfy the mathematics?
+  claim,  // does the published statement hold?
+};
+
+struct Tolerance {
+  bool relative;
+  double value;
+  double floor;  // for curves: relative to max(|reference|, floor)
+  std::string text;
+  std::string reason;
+};
+
+/// Which columns of a record to hold against the reference's columns of the same names.
+struct Curve {
+  std::string record, x, y;
+};
+
+/// What a refuted claim was measured to be when the refutation was recorded.
+struct Recorded {
+  double value;
+  double relative;  // how far a later measurement may depart from it
+};
+
+struct Check {
+  Question question;
+  std::string statement;
+  std::string measure;  // metric, or record.column for a curve
+  std::optional<Curve> curve;
+  double target;  // 0 for a curve, whose measure is its largest error
+  Tolerance tolerance;
+  std::optional<std::size_t> reference;  // index in Case::references; none when the case states the target itself
+  std::string kind;
+  std::string source;
+  std::string claim;               // ledger entry, for a claim
+  std::optional<Recorded> refuted;  // given: the claim is expected not to hold
+  Place place;
+};
+
+struct Case {
+  std::string id, title, asks, equation, driver, tier;
+  std::vector<std::string> topics, sources;
+  std::string text;  // of the file
+  std::filesystem::path path;
+  std::vector<std::string> overrides;
+  Study study;
+  std::vector<Check> checks;
+  std::vector<Reference> references;
+};
+
+const std::vector<std::string>& tiers();
+
+/// Reads a case and the references it names (beside it, or in `reference_folder`). Throws InputError.
+Case read_case(const std::filesystem::path& path, const std::vector<std::string>& overrides,
+               const std::vector<Driver>& drivers, const std::filesystem::path& reference_folder);
+
+/// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is empty or says
+/// why it is no case.
+struct CaseHead {
+  std::string id, title, tier, driver;
+  std::vector<std::string> topics;
+  std::filesystem::path path;
+  std::string problem;
+};
+CaseHead read_head(const std::filesystem::path& path);
+
+/// Heads of all `*.toml` files in a folder, sorted by id.
+std::vector<CaseHead> find_cases(const std::filesystem::path& folder);
+
+}  // namespace veriflex::engine

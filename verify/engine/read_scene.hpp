@@ -1,0 +1,22 @@
+/// Readers of the scene tables that several drivers share.
+#pragma once
+
+#include "bond/derive.hpp"
+#include "io/document.hpp"
+#include "scene/plan.hpp"
+
+namespace veriflex::engine {
+
+/// [bond]: `law` and that law's parameters.
+bond::AnyLaw read_law(const io::Section& top);
+
+/// What follows from that law, with a law that has no rest length reported at its place in the case.
+bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law);
+
+/// [solid]: `shape` pair, chain or bar, its `nodes`, and `lateral`. The lattice spacing is the law's rest length.
+scene::SolidSpec read_solid(const io::Section& top, double spacing);
+
+/// The plan, with a scene that cannot be planned reported at its place in the case.
+scene::Plan read_plan(const io::Section& top, const scene::Scene& scene);
+
+}  // namespace veriflex::engine

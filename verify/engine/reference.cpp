@@ -1,0 +1,78 @@
+#include "engine/reference.hpp"
+
+#include <fmt/format.h>
+
+#include "io/file.hpp"
+
+namespace veriflex::engine {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+std::vector<io::CsvColumn> read_data(const io::Section& data, const fs::path& folder, std::string& sha256) {
+  const fs::path file = folder / data.text("file");
+  sha256 = data.text("sha256");
+  if (!fs::is_regular_file(file)) {
+    data.fail("file", fmt::format("data file '{}' does not exist", file.string()), "it is named relative to the reference",
+              "Put it there, or make it again with the reference's command");
+  }
+  const std::string text = io::read_file(file);
+  const std::string found = io::sha256(text);
+  if (found != sha256) {
+    data.fail("sha256", fmt::format("'{}' does not match its checksum", file.string()), "it has SHA-256 " + found,
+              "Restore the file, or renew the checksum with a stated reason");
+  }
+  return io::parse_csv(text, file.string());
+}
+
+}  // namespace
+
+const std::vector<std::string>& reference_kinds() {
+  static const std::vector<std::string> kinds{"analytic",         "high-precision",  "peer-code",
+                                              "published-number", "published-curve", "baseline"};
+  return kinds;
+}
+
+Reference read_reference(const fs::path& path) {
+  const io::Section top = io::parse_document(io::read_file(path), path.string());
+  Reference reference;
+  reference.path = path;
+  top.integer("schema", 1, 1);
+  reference.id = top.text("id");
+  if (reference.id != path.stem().string()) {
+    top.fail("id", fmt::format("id '{}' differs from the file's name", reference.id), "they must agree",
+             fmt::format("Write id = \"{}\"", path.stem().string()));
+  }
+  reference.kind = top.choice("kind", reference_kinds());
+  reference.source = top.text("source");
+  reference.obtained = top.text("obtained");
+  reference.command = top.text("command", "");
+  if (top.has("values")) {
+    const io::Section values = top.table("values");
+    for (const std::string& name : values.keys()) {
+      const io::Section value = values.table(name);
+      reference.values[name] = {value.number("value"), value.number("uncertainty", 0.0), value.text("dimension"),
+                                value.text("meaning")};
+    }
+  }
+  if (top.has("data")) reference.columns = read_data(top.table("data"), path.parent_path(), reference.sha256);
+  if (reference.values.empty() && reference.columns.empty()) {
+    throw InputError(top.place(), "the reference holds neither values nor data", "it can be compared with nothing",
+                     "Add [values.<name>] or [data]");
+  }
+  top.finish();
+  return reference;
+}
+
+Reference find_reference(const std::string& id, const fs::path& beside, const fs::path& shared, const Place& asked_at) {
+  for (const fs::path& folder : {beside, shared}) {
+    const fs::path path = folder / (id + ".toml");
+    if (fs::exists(path)) return read_reference(path);
+  }
+  throw InputError(asked_at, fmt::format("reference '{}' not found", id),
+                   fmt::format("looked for {}.toml in {} and {}", id, beside.string(), shared.string()),
+                   "Put it beside the case or correct the name");
+}
+
+}  // namespace veriflex::engine

@@ -1,0 +1,43 @@
+/// Reference values: numbers or a table, with where they come from. Schema: reference/README.md.
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "io/csv.hpp"
+#include "io/document.hpp"
+
+namespace veriflex::engine {
+
+struct ReferenceValue {
+  double value;
+  double uncertainty;  // absolute; 0 for a number that is exact to double precision
+  std::string dimension;
+  std::string meaning;
+};
+
+struct Reference {
+  std::string id;
+  std::string kind;  // one of reference_kinds()
+  std::string source;
+  std::string obtained;
+  std::string command;  // makes it again; empty for published numbers
+  std::filesystem::path path;
+  std::map<std::string, ReferenceValue> values;
+  std::vector<io::CsvColumn> columns;  // of its data file, if it has one
+  std::string sha256;                  // of the data file
+};
+
+const std::vector<std::string>& reference_kinds();
+
+/// Reads `<id>.toml` and its data file. Throws InputError, also when the data do not match their checksum.
+Reference read_reference(const std::filesystem::path& path);
+
+/// The reference `id`: beside the case first, then in `shared`. Throws InputError at `asked_at` when in neither.
+Reference find_reference(const std::string& id, const std::filesystem::path& beside,
+                         const std::filesystem::path& shared, const Place& asked_at);
+
+}  // namespace veriflex::engine

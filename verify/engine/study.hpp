@@ -1,0 +1,32 @@
+/// What a driver makes of a case: a plan that can be shown, and a run that measures.
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "base/progress.hpp"
+#include "engine/cost.hpp"
+#include "io/document.hpp"
+#include "observe/record.hpp"
+#include "scene/plan.hpp"
+
+namespace veriflex::engine {
+
+struct Study {
+  scene::Plan plan;
+  /// Everything a check may ask for: metric names, and `record.column` for curves.
+  std::vector<std::string> measures;
+  /// Runs the study. The result depends on nothing but the case: not on threads, time or machine load.
+  /// Throws NumericalFailure.
+  std::function<observe::Observations(Progress&, Cost&)> run;
+};
+
+/// A kind of study, by the name that `driver = "..."` gives in a case.
+struct Driver {
+  std::string name;
+  std::string what;                          // one line for `veriflex list`
+  Study (*read)(const io::Section& section);  // reads the driver's own tables of the case
+};
+
+}  // namespace veriflex::engine

@@ -1,0 +1,93 @@
+#include "engine/verdict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace veriflex::engine {
+
+namespace {
+
+// The largest error of a curve over the reference's points, each relative to max(|reference|, floor).
+// Every point of the reference must have been measured at exactly its x.
+double largest_curve_error(const Check& check, const Reference& reference, const observe::Observations& seen) {
+  const auto column = [&](const std::string& name) -> const std::vector<double>& {
+    return std::find_if(reference.columns.begin(), reference.columns.end(),
+                        [&](const io::CsvColumn& c) { return c.name == name; })
+        ->values;
+  };
+  const observe::Record* record = seen.record(check.curve->record);
+  const observe::Column* x = record == nullptr ? nullptr : record->find(check.curve->x);
+  const observe::Column* y = record == nullptr ? nullptr : record->find(check.curve->y);
+  if (x == nullptr || y == nullptr) {
+    throw NumericalFailure(fmt::format("the run recorded no {} against {}", check.measure, check.curve->x));
+  }
+  const std::vector<double>& x_wanted = column(check.curve->x);
+  const std::vector<double>& y_wanted = column(check.curve->y);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < x_wanted.size(); ++i) {
+    const auto at = std::find(x->values.begin(), x->values.end(), x_wanted[i]);
+    if (at == x->values.end()) {
+      throw NumericalFailure(fmt::format("the run did not measure {} at {} = {}, where reference '{}' has a point",
+                                         check.measure, check.curve->x, x_wanted[i], reference.id));
+    }
+    const double measured = y->values[static_cast<std::size_t>(at - x->values.begin())];
+    const double scale = std::max(std::abs(y_wanted[i]), check.tolerance.floor);
+    const double error = std::abs(measured - y_wanted[i]) / scale;
+    if (!(error <= largest)) largest = error;  // keeps a NaN
+    if (std::isnan(largest)) return largest;
+  }
+  return largest;
+}
+
+double measure(const Check& check, const Case& c, const observe::Observations& seen) {
+  if (check.curve) return largest_curve_error(check, c.references[*check.reference], seen);
+  const observe::Metric* metric = seen.metric(check.measure);
+  if (metric == nullptr) throw NumericalFailure(fmt::format("the run yields no '{}' for this scene", check.measure));
+  return metric->value;
+}
+
+}  // namespace
+
+std::string to_string(Verdict verdict) {
+  switch (verdict) {
+    case Verdict::pass: return "pass";
+    case Verdict::fail: return "fail";
+    case Verdict::finding: return "finding";
+    case Verdict::error: break;
+  }
+  return "error";
+}
+
+Outcome judge(const Check& check, const Case& c, const observe::Observations& seen) {
+  Outcome outcome{};
+  outcome.measure = check.measure;
+  outcome.measured = measure(check, c, seen);
+  if (!std::isfinite(outcome.measured)) {
+    throw NumericalFailure(fmt::format("'{}' was measured as {}", check.measure, outcome.measured));
+  }
+  outcome.target = check.target;
+  const bool of_target = check.tolerance.relative && !check.curve;
+  outcome.tolerance = check.tolerance.value * (of_target ? std::abs(check.target) : 1.0);
+  outcome.error = std::abs(outcome.measured - outcome.target);
+  outcome.margin = outcome.error == 0.0 ? 0.0 : outcome.error / outcome.tolerance;
+  const bool holds = outcome.margin <= 1.0;
+  if (!check.refuted) {
+    outcome.verdict = holds ? Verdict::pass : Verdict::fail;
+  } else {
+    // A refutation is as much a result as any other: it must stay what it was.
+    const double departure = std::abs(outcome.measured - check.refuted->value);
+    const bool as_recorded = departure <= check.refuted->relative * std::abs(check.refuted->value);
+    outcome.verdict = !holds && as_recorded ? Verdict::finding : Verdict::fail;
+  }
+  return outcome;
+}
+
+Verdict overall(const std::vector<Outcome>& outcomes) {
+  const bool failed =
+      std::any_of(outcomes.begin(), outcomes.end(), [](const Outcome& o) { return o.verdict == Verdict::fail; });
+  return failed ? Verdict::fail : Verdict::pass;
+}
+
+}  // namespace veriflex::engine

@@ -1,0 +1,35 @@
+/// Judging what was measured. This is the only place where a verdict is made.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/case.hpp"
+
+namespace veriflex::engine {
+
+enum class Verdict {
+  pass,
+  fail,
+  finding,  // of a check: a published claim is refuted, by as much as was recorded
+  error,    // of a case: it could not answer
+};
+std::string to_string(Verdict verdict);
+
+struct Outcome {
+  std::string measure;
+  double measured;
+  double target;
+  double tolerance;  // absolute
+  double error;      // |measured - target|
+  double margin;     // error / tolerance: at most 1 for a statement that holds
+  Verdict verdict;
+};
+
+/// Judges one check of the case. Throws NumericalFailure when the observations lack what it asks for or hold a NaN there.
+Outcome judge(const Check& check, const Case& c, const observe::Observations& seen);
+
+/// `fail` if any check failed, else `pass`.
+Verdict overall(const std::vector<Outcome>& outcomes);
+
+}  // namespace veriflex::engine

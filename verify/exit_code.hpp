@@ -1,0 +1,22 @@
+/// The exit codes of the `veriflex` command.
+#pragma once
+
+#include <array>
+
+namespace veriflex::exit_code {
+
+inline constexpr int success = 0;
+inline constexpr int check_failed = 1;  // a verdict is `fail`
+inline constexpr int input = 2;         // a case, reference or option cannot be used
+inline constexpr int numerical = 3;     // a run left its validity: verdict `error`
+inline constexpr int output = 4;        // something could not be written, or a child process died
+
+/// The graver of two: the first of 4, 2, 3, 1 among them.
+inline int first_of(int a, int b) {
+  for (const int code : std::array{output, input, numerical, check_failed}) {
+    if (a == code || b == code) return code;
+  }
+  return success;
+}
+
+}  // namespace veriflex::exit_code
