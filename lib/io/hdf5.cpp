@@ -36,13 +36,14 @@ Handle utf8_text() {
   return Handle(H5Tcopy(type), H5Tclose, "a text type");
 }
 
+// At least one pointer, even for no values: the library refuses a null buffer for an empty attribute.
 std::vector<const char*> pointers(const std::vector<std::string>& values) {
   std::vector<const char*> all;
   for (const std::string& value : values) all.push_back(value.c_str());
+  if (all.empty()) all.push_back(nullptr);
   return all;
 }
 
-// An empty extent is legal in HDF5, but an empty C++ vector may have a null pointer.
 Handle extent(std::size_t count) {
   const hsize_t size = count;
   return Handle(H5Screate_simple(1, &size, nullptr), H5Sclose, "an extent");

@@ -36,9 +36,9 @@ Network cubic_lattice(const Block& block) {
     for (std::int32_t y = 0; y < m; ++y) {
       for (std::int32_t x = 0; x < n; ++x, ++node) {
         network.rest.col(node) = block.spacing * Vec3(x, y, z);
-        if (x + 1 < n) network.bonds.push_back({node, node + 1});
-        if (y + 1 < m) network.bonds.push_back({node, node + n});
-        if (z + 1 < l) network.bonds.push_back({node, node + n * m});
+        if (x + 1 < n) network.bonds.push_back({node, node + 1, block.spacing * Vec3::UnitX()});
+        if (y + 1 < m) network.bonds.push_back({node, node + n, block.spacing * Vec3::UnitY()});
+        if (z + 1 < l) network.bonds.push_back({node, node + n * m, block.spacing * Vec3::UnitZ()});
       }
     }
   }

@@ -3,7 +3,6 @@
 
 #include <array>
 #include <cstdint>
-#include <string>
 #include <vector>
 
 #include "base/vec.hpp"
@@ -22,9 +21,16 @@ struct Block {
   double section() const { return static_cast<double>(nodes[0] * nodes[1]) * spacing * spacing; }
 };
 
+struct Bond {
+  std::int32_t first, second;  // nodes
+  Vec3 vector;                 // from first to second, undeformed  [L]
+};
+
+/// States of a network are displacements from `rest`: the length of a bond then carries the precision of a displacement,
+/// not that of a coordinate.
 struct Network {
-  Positions rest;                                // undeformed positions  [L]
-  std::vector<std::array<std::int32_t, 2>> bonds;  // node indices, lower first
+  Positions rest;  // undeformed positions  [L]
+  std::vector<Bond> bonds;
 };
 
 /// The nodes of the block, x fastest, the first at the origin, with one bond per pair of nearest neighbours.

@@ -45,9 +45,9 @@ struct Freedom {
 };
 
 template <bond::BondLaw Law>
-Sparse free_hessian(const Law& law, const Network& network, const Positions& x, const Freedom& freedom) {
+Sparse free_hessian(const Law& law, const Network& network, const Positions& u, const Freedom& freedom) {
   std::vector<Eigen::Triplet<double>> entries;
-  for (const auto& t : hessian(law, network, x)) {
+  for (const auto& t : hessian(law, network, u)) {
     const int row = freedom.number[t.row()];
     const int col = freedom.number[t.col()];
     if (row >= 0 && col >= 0) entries.emplace_back(row, col, t.value());
@@ -84,18 +84,27 @@ Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
   throw NumericalFailure(fmt::format("mechanism: {} zero modes ({})", zero, where));
 }
 
+// The force that a residual is measured against: the largest tension, or what a strain of 1e-3 would give. (Below that
+// strain the rounding of a bond's length alone exceeds 1e-12 of its tension.)
 template <bond::BondLaw Law>
-double largest_tension(const Law& law, const Network& network, const Positions& x) {
-  double largest = 0.0;
-  for (const auto& [i, j] : network.bonds) {
-    largest = std::max(largest, std::abs(law.tension((x.col(j) - x.col(i)).norm())));
+double force_scale(const Law& law, const Network& network, const Positions& u) {
+  double scale = 0.0;
+  for (const Bond& bond : network.bonds) {
+    const double r = deformed(bond, u).norm();
+    scale = std::max({scale, std::abs(law.tension(r)), 1e-3 * law.stiffness(r) * r});
   }
-  return largest;
+  return scale;
+}
+
+double longest_bond(const Network& network, const Positions& u) {
+  double longest = 0.0;
+  for (const Bond& bond : network.bonds) longest = std::max(longest, deformed(bond, u).norm());
+  return longest;
 }
 
 template <bond::BondLaw Law>
-Equilibrium solve(const Law& law, const Network& network, Positions x, const Held& held, const Positions& load) {
-  if (!all_admitted(law, network, x)) {
+Equilibrium solve(const Law& law, const Network& network, Positions u, const Held& held, const Positions& load) {
+  if (!all_admitted(law, network, u)) {
     throw NumericalFailure(
         fmt::format("the start of a static solution has a bond outside the domain of {}", Law::name));
   }
@@ -109,9 +118,10 @@ Equilibrium solve(const Law& law, const Network& network, Positions x, const Hel
   const auto size = [](const Eigen::VectorXd& v) { return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>(); };
 
   Cholesky factor;
-  Eigen::VectorXd g = out_of_balance(x);
+  double previous = std::numeric_limits<double>::infinity();
+  Eigen::VectorXd g = out_of_balance(u);
   for (int iteration = 0; iteration <= most_iterations; ++iteration) {
-    const Sparse h = free_hessian(law, network, x, freedom);
+    const Sparse h = free_hessian(law, network, u, freedom);
     const double stiffest = infinity_norm(h);
     if (freedom.count > 0) {
       if (iteration == 0) factor.analyzePattern(h);
@@ -124,15 +134,17 @@ Equilibrium solve(const Law& law, const Network& network, Positions x, const Hel
         fail_as_singular(h, iteration);
       }
     }
-    const double tension = std::max(largest_tension(law, network, x), load.cwiseAbs().maxCoeff());
-    // The coordinates are rounded to epsilon |x|, so no force can be balanced better than this.
-    const double rounding = 2.0 * epsilon * x.cwiseAbs().maxCoeff() * stiffest;
-    if (size(g) <= std::max(wanted_residual * tension, rounding)) {
-      Positions reaction = gradient(law, network, x) - load;
+    const double scale_of_force = std::max(force_scale(law, network, u), load.cwiseAbs().maxCoeff());
+    // Bond lengths are rounded to epsilon times themselves and the displacements: forces cannot be balanced better.
+    const double rounding = 2.0 * epsilon * (u.cwiseAbs().maxCoeff() + longest_bond(network, u)) * stiffest;
+    const bool no_longer_helps = size(g) <= rounding && size(g) >= 0.5 * previous;
+    previous = size(g);
+    if (size(g) <= wanted_residual * scale_of_force || no_longer_helps) {
+      Positions reaction = gradient(law, network, u) - load;
       for (Eigen::Index i = 0; i < held.size(); ++i) {
         if (!held.data()[i]) reaction.data()[i] = 0.0;
       }
-      return {x, reaction, iteration, tension > 0.0 ? size(g) / tension : 0.0};
+      return {u, reaction, iteration, size(g) / scale_of_force};
     }
     const Eigen::VectorXd step = factor.solve(-g);
     const double slope = step.dot(g);
@@ -141,15 +153,15 @@ Equilibrium solve(const Law& law, const Network& network, Positions x, const Hel
       if (scale < 1e-12) {
         throw NumericalFailure(fmt::format("static solution stuck at Newton step {} (out-of-balance force {} of "
                                            "the largest tension)",
-                                           iteration, size(g) / tension));
+                                           iteration, size(g) / scale_of_force));
       }
-      Positions next = x;
+      Positions next = u;
       freedom.add(next, step, scale);
       if (!all_admitted(law, network, next)) continue;
       const Eigen::VectorXd g_next = out_of_balance(next);
       // Near the solution the energy no longer resolves the step, the force does.
-      if (size(g_next) < 0.9 * size(g) || potential(next) < potential(x) + 1e-4 * scale * slope) {
-        x = next;
+      if (size(g_next) < 0.9 * size(g) || size(g) <= rounding || potential(next) < potential(u) + 1e-4 * scale * slope) {
+        u = next;
         g = g_next;
         break;
       }
@@ -160,9 +172,9 @@ Equilibrium solve(const Law& law, const Network& network, Positions x, const Hel
 
 }  // namespace
 
-Equilibrium equilibrium(const bond::AnyLaw& law, const Network& network, const Positions& x, const Held& held,
+Equilibrium equilibrium(const bond::AnyLaw& law, const Network& network, const Positions& u, const Held& held,
                         const Positions& load) {
-  return std::visit([&](const auto& l) { return solve(l, network, x, held, load); }, law);
+  return std::visit([&](const auto& l) { return solve(l, network, u, held, load); }, law);
 }
 
 }  // namespace veriflex::solid

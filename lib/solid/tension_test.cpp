@@ -30,11 +30,6 @@ Held holds(const Block& block, bool lateral_held) {
   return held;
 }
 
-double mean_end(const Block& block, const Positions& x) {
-  const std::int64_t section = block.nodes[0] * block.nodes[1];
-  return x.row(z_axis).tail(section).mean();
-}
-
 }  // namespace
 
 Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_held, double strain) {
@@ -44,13 +39,14 @@ Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_
   held.row(z_axis).tail(section).setConstant(true);
   // The start is deliberately not the uniform stretch that solves the problem, and no bond of it is strained more than 5 %
   // further than that.
-  Positions x = network.rest;
+  Positions u = Positions::Zero(3, block.node_count());
   const double length = block.length();
-  for (auto z : x.row(z_axis)) {
-    z += strain * (z + 0.05 * length / std::numbers::pi * std::sin(std::numbers::pi * z / length));
+  for (Eigen::Index i = 0; i < u.cols(); ++i) {
+    const double z = network.rest(z_axis, i);
+    u(z_axis, i) = strain * (z + 0.05 * length / std::numbers::pi * std::sin(std::numbers::pi * z / length));
   }
-  x.row(z_axis).tail(section).setConstant(length * (1.0 + strain));
-  const Equilibrium e = equilibrium(law, network, x, held, Positions::Zero(3, x.cols()));
+  u.row(z_axis).tail(section).setConstant(strain * length);
+  const Equilibrium e = equilibrium(law, network, u, held, Positions::Zero(3, u.cols()));
   return {strain, e.reaction.row(z_axis).tail(section).sum() / block.section(), e.iterations, e.residual};
 }
 
@@ -59,8 +55,9 @@ Pulled pull_with_stress(const bond::AnyLaw& law, const Block& block, bool latera
   const std::int64_t section = block.nodes[0] * block.nodes[1];
   Positions load = Positions::Zero(3, network.rest.cols());
   load.row(z_axis).tail(section).setConstant(stress * block.spacing * block.spacing);
-  const Equilibrium e = equilibrium(law, network, network.rest, holds(block, lateral_held), load);
-  return {mean_end(block, e.x) / block.length() - 1.0, stress, e.iterations, e.residual};
+  const Equilibrium e =
+      equilibrium(law, network, Positions::Zero(3, load.cols()), holds(block, lateral_held), load);
+  return {e.u.row(z_axis).tail(section).mean() / block.length(), stress, e.iterations, e.residual};
 }
 
 }  // namespace veriflex::solid

@@ -77,7 +77,7 @@ Record stress_strain(const TensileStudy& study, Progress& progress) {
                  {"secant_ratio", "", "1", "stress / (E strain)", {}},
                  {"tangent_ratio", "", "1", "U''(r)/U''(r_eq) at the mean bond length", {}},
                  {"iterations", "", "1", "Newton steps", {}},
-                 {"residual", "", "1", "largest out-of-balance force over the largest tension", {}}}};
+                 {"residual", "", "1", "largest out-of-balance force over the largest tension or that of a strain of 1e-3", {}}}};
   const bond::Derivation& d = study.derivation;
   for (const Pulled& state : states) {
     const double secant = state.strain == 0.0 ? std::numeric_limits<double>::quiet_NaN()
@@ -172,7 +172,7 @@ Observations run(const TensileStudy& study, Progress& progress, engine::Cost& co
     seen.records.push_back(stress_strain(study, progress));
     const std::vector<double>& residual = seen.records.back().find("residual")->values;
     seen.metrics.push_back({"largest_residual", *std::max_element(residual.begin(), residual.end()), "1",
-                            "largest out-of-balance force over the largest tension, all states"});
+                            "largest out-of-balance force over the largest tension or that of a strain of 1e-3, all states"});
     cost.finish("curve");
   }
   const Differences differences = modulus_at_rest(study, study.solid.block, progress);

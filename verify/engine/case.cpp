@@ -134,6 +134,7 @@ Check read_check(const io::Section& s, Case& c, const fs::path& reference_folder
            near.empty() ? "Choose one of these" : fmt::format("Did you mean '{}'?", near));
   }
   check.tolerance = read_tolerance(s, check.curve.has_value());
+  check.outside = s.has("holds") && s.choice("holds", {"within", "outside"}) == "outside";
   read_target(s, check, c, reference_folder);
   if (check.tolerance.relative && !check.curve && check.target == 0.0) {
     s.fail("tolerance", "a relative tolerance of a target of zero", "nothing but exactly zero would pass",

@@ -41,6 +41,7 @@ struct Check {
   std::string measure;  // metric, or record.column for a curve
   std::optional<Curve> curve;
   double target;  // 0 for a curve, whose measure is its largest error
+  bool outside;   // the statement holds when the measured value is *not* within the tolerance of the target
   Tolerance tolerance;
   std::optional<std::size_t> reference;  // index in Case::references; none when the case states the target itself
   std::string kind;

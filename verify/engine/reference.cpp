@@ -26,6 +26,9 @@ std::vector<io::CsvColumn> read_data(const io::Section& data, const fs::path& fo
   return io::parse_csv(text, file.string());
 }
 
+// A case and its reference may share their stem, also when both lie in one folder's reach.
+bool is_case(const fs::path& path) { return io::parse_document(io::read_file(path), path.string()).has("driver"); }
+
 }  // namespace
 
 const std::vector<std::string>& reference_kinds() {
@@ -68,7 +71,7 @@ Reference read_reference(const fs::path& path) {
 Reference find_reference(const std::string& id, const fs::path& beside, const fs::path& shared, const Place& asked_at) {
   for (const fs::path& folder : {beside, shared}) {
     const fs::path path = folder / (id + ".toml");
-    if (fs::exists(path)) return read_reference(path);
+    if (fs::exists(path) && !is_case(path)) return read_reference(path);
   }
   throw InputError(asked_at, fmt::format("reference '{}' not found", id),
                    fmt::format("looked for {}.toml in {} and {}", id, beside.string(), shared.string()),

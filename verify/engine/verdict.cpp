@@ -71,7 +71,8 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
   const bool of_target = check.tolerance.relative && !check.curve;
   outcome.tolerance = check.tolerance.value * (of_target ? std::abs(check.target) : 1.0);
   outcome.error = std::abs(outcome.measured - outcome.target);
-  outcome.margin = outcome.error == 0.0 ? 0.0 : outcome.error / outcome.tolerance;
+  const double margin = outcome.error / outcome.tolerance;
+  outcome.margin = check.outside ? 1.0 / margin : margin;
   const bool holds = outcome.margin <= 1.0;
   if (!check.refuted) {
     outcome.verdict = holds ? Verdict::pass : Verdict::fail;

@@ -22,7 +22,7 @@ struct Outcome {
   double target;
   double tolerance;  // absolute
   double error;      // |measured - target|
-  double margin;     // error / tolerance: at most 1 for a statement that holds
+  double margin;     // error / tolerance, or its inverse for holds = "outside": at most 1 where the statement holds
   Verdict verdict;
 };
 
