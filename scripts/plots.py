@@ -1,12 +1,13 @@
 """Figures of the report: one function per kind of plot, each returns a Figure that holds inline SVG.
 
-What is drawn follows the name of a record, whatever the case, so that a user's own case gets the same figures.
+What is drawn follows the name of a record, whatever the case: a user's own case gets the same figures.
 """
 
 import re
 import warnings
 from dataclasses import dataclass
 from io import StringIO
+from itertools import cycle
 from pathlib import Path
 
 import matplotlib
@@ -34,17 +35,32 @@ class Figure:
 
 @dataclass(frozen=True)
 class Band:
-    """Interval of strain in which a modulus departs from its value at rest by at most `tolerance`; -1 and inf mean unbounded."""
+    """Strains at which a modulus departs from that at rest by at most `tolerance`; -1 and inf mean unbounded."""
 
     tolerance: float
     low: float
     high: float
 
 
+def known(result, name):
+    """Value of a metric, None where the case has no such metric or it is not finite."""
+    value = result.metric(name)
+    return value if value is not None and np.isfinite(value) else None
+
+
+def drawable(record, *names):
+    """Whether a record is there and has these columns, each with at least two finite numbers."""
+    return (
+        record is not None
+        and record.has(*names)
+        and all(record[name].dtype.kind in "iuf" and np.isfinite(record[name]).sum() >= 2 for name in names)
+    )
+
+
 def powers(dimension):
     """Dimension with raised exponents: "M L^-1 T^-2" as "M L⁻¹ T⁻²"."""
-    raised = str.maketrans("-+.0123456789/", "⁻⁺·⁰¹²³⁴⁵⁶⁷⁸⁹ᐟ")
-    return re.sub(r"\^\(?([-+0-9./]+)\)?", lambda found: found.group(1).translate(raised), dimension)
+    raised = str.maketrans("-+.0123456789", "⁻⁺·⁰¹²³⁴⁵⁶⁷⁸⁹")
+    return re.sub(r"\^([-+]?[0-9.]+)", lambda found: found.group(1).translate(raised), dimension)
 
 
 def quantity(name, symbol, dimension):
@@ -84,7 +100,7 @@ def canvas(panels=1, height=HEIGHT, **options):
 
 
 def legend_above(axes, handles):
-    """Legend over the axes, where it cannot cover data; as many columns as fit, for a wide legend would squeeze the axes."""
+    """Legend over the axes, where it covers no data; in as many columns as fit, lest it squeeze the axes."""
     em = matplotlib.rcParams["legend.fontsize"]  # points
     room = 72 * WIDTH - 45  # points beside the ordinate's labels
     for columns in (3, 2, 1):
@@ -97,16 +113,19 @@ def legend_above(axes, handles):
 def at_rest(record, name):
     """Value of a column at zero strain, between the nearest rows."""
     strain, values = record["strain"], record[name]
-    known = np.isfinite(strain) & np.isfinite(values)
-    return np.interp(0.0, strain[known], values[known])
+    finite = np.isfinite(strain) & np.isfinite(values)
+    return np.interp(0.0, strain[finite], values[finite])
 
 
-def limits(values, floor=None, margin=0.06):
-    """Axis limits around finite values, with room for the line's width."""
+def extent(values):
+    """Smallest and largest finite value, 0 and 1 without any."""
     finite = values[np.isfinite(values)]
-    low, high = (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
-    if floor is not None:
-        low = min(low, floor)
+    return (finite.min(), finite.max()) if finite.size else (0.0, 1.0)
+
+
+def limits(values, margin=0.03):
+    """Axis limits around finite values, with a little room."""
+    low, high = extent(values)
     room = margin * (high - low) or 1.0
     return low - room, high + room
 
@@ -116,36 +135,37 @@ def bands(result, modulus):
     record = result.records.get("validity")
     if record is None or not record.has("tolerance", f"{modulus}_lo", f"{modulus}_hi"):
         return []
-    return sorted(
-        (Band(*row) for row in zip(record["tolerance"], record[f"{modulus}_lo"], record[f"{modulus}_hi"])),
-        key=lambda band: band.tolerance,
-    )
+    rows = zip(record["tolerance"], record[f"{modulus}_lo"], record[f"{modulus}_hi"])
+    return sorted((Band(*row) for row in rows if 0 < row[0] < 1), key=lambda band: band.tolerance)
 
 
 def shade(axes, shown):
     """Shade bands, nested, within the present limits of the strain axis; returns handles for the legend."""
     left, right = axes.get_xlim()
     handles = []
-    for band, colour in reversed(list(zip(shown, BAND_COLOURS))):
+    for band, colour in zip(shown, BAND_COLOURS):
         label = f"within {100 * band.tolerance:g} %"
-        if band.low <= left and band.high >= right:
-            handles.insert(0, Patch(facecolor="none", label=f"{label} throughout"))
-            continue
-        axes.axvspan(max(band.low, left), min(band.high, right), color=colour, linewidth=0, zorder=0.5)
-        handles.insert(0, Patch(facecolor=colour, label=label))
+        if band.low <= left and band.high >= right:  # and so are all wider ones
+            handles.append(Patch(facecolor="none", label=f"{label} throughout"))
+            break
+        if band.low < band.high:  # not so where NaN says that nothing was found
+            # The widest lies lowest.
+            low, high = max(band.low, left), min(band.high, right)
+            axes.axvspan(low, high, color=colour, linewidth=0, zorder=0.5 - 0.1 * len(handles))
+            handles.append(Patch(facecolor=colour, label=label))
     axes.set_xlim(left, right)
     return handles
 
 
 def upright(axes, x, label, **style):
-    """Vertical line over the whole height, outside the data's limits if it must; returns its handle for the legend."""
+    """Vertical line over the whole height; returns its handle for the legend."""
     axes.axvline(x, **{**MARK, **style})
     return Line2D([], [], label=label, **{**MARK, **style})
 
 
 def potential_energy(result, record, key):
     """Energy of the law and of the harmonic bond of the same stiffness, each zero at rest, against length."""
-    if not record.has("length", "strain", "energy", "energy_harmonic"):
+    if not drawable(record, "length", "strain", "energy", "energy_harmonic"):
         return None
     drawing, (axes,) = canvas()
     length = record["length"]
@@ -153,14 +173,14 @@ def potential_energy(result, record, key):
     harmonic = record["energy_harmonic"] - at_rest(record, "energy_harmonic")
     handles = axes.plot(length, law, label="this law")
     handles += axes.plot(length, harmonic, label="harmonic, same stiffness")
-    axes.set_xlim(*limits(length, margin=0.03))
+    axes.set_xlim(*limits(length))
     # The law may grow without bound on either side: the harmonic one sets the scale.
-    top = 1.35 * np.nanmax(harmonic)
+    top = 1.35 * extent(harmonic)[1] or 1.0
     axes.set_ylim(-0.05 * top, top)
-    rest, reach = result.metric("rest_length"), result.metric("strain_at_reach")
+    rest, reach = known(result, "rest_length"), known(result, "strain_at_reach")
     if rest is not None:
         handles.append(upright(axes, rest, f"rest length {rest:.4g}", linestyle=":"))
-        if reach is not None and np.isfinite(reach):
+        if reach is not None:
             bound = rest * (1 + reach)
             axes.set_xlim(right=max(axes.get_xlim()[1], bound + 0.02 * rest))
             handles.append(upright(axes, bound, f"limit {bound:.4g}", linestyle="-."))
@@ -168,21 +188,21 @@ def potential_energy(result, record, key):
     energy = record.columns["energy"]
     axes.set_ylabel(quantity("energy above rest", energy.symbol, energy.dimension))
     legend_above(axes, handles)
-    caption = "Energy of the bond above its value at rest, beside the harmonic bond of the same stiffness and rest length."
+    caption = "Energy of the bond above rest, beside the harmonic bond of the same stiffness and rest length."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
 def tension(result, record, key):
     """Tension of the bond against strain, with the straight line of the same stiffness."""
-    if not record.has("strain", "tension"):
+    if not drawable(record, "strain", "tension"):
         return None
     drawing, (axes,) = canvas()
     strain, force = record["strain"], record["tension"]
     handles = axes.plot(strain, force, label="this law")
-    axes.set_xlim(*limits(strain, margin=0.03))
-    slope = result.metric("force_per_strain")
-    if slope is None and None not in (result.metric("stiffness"), result.metric("rest_length")):
-        slope = result.metric("stiffness") * result.metric("rest_length")
+    axes.set_xlim(*limits(strain))
+    slope = known(result, "force_per_strain")
+    if slope is None and None not in (known(result, "stiffness"), known(result, "rest_length")):
+        slope = known(result, "stiffness") * known(result, "rest_length")
     if slope is not None:
         straight = abs(slope) * strain
         handles += axes.plot(strain, straight, label="straight line of the same stiffness")
@@ -196,54 +216,57 @@ def tension(result, record, key):
 
 
 def keep_near(axes, curve, straight):
-    """Limit the ordinate to the curve, but to no more than 1.4 times the straight line's range: laws diverge at their limits."""
-    low, high = np.nanmin(straight), np.nanmax(straight)
+    """Limit the ordinate to the curve, to 1.4 times the straight line's range at most: laws diverge at their limits."""
+    low, high = extent(straight)
     reach = 1.4 * max(abs(low), abs(high))
-    finite = curve[np.isfinite(curve)]
-    bottom = max(min(finite.min(initial=0.0), low), -reach)
-    top = min(max(finite.max(initial=0.0), high), reach)
-    room = 0.05 * (top - bottom) or 1.0
-    axes.set_ylim(bottom - room, top + room)
+    smallest, largest = extent(curve)
+    axes.set_ylim(*limits(np.array([max(min(smallest, low), -reach), min(max(largest, high), reach)])))
+
+
+def zero_by_zero(record):
+    """Rows at zero strain without a secant: left out, lest they cut the curve in two."""
+    return (record["strain"] == 0) & np.isnan(record["secant_ratio"])
 
 
 def moduli(result, record, key):
     """Secant and tangent modulus over the modulus at rest, over the whole range of strain."""
-    if not record.has("strain", "secant_ratio", "tangent_ratio"):
+    if not drawable(record, "strain", "secant_ratio", "tangent_ratio"):
         return None
     drawing, (axes,) = canvas()
-    strain = record["strain"]
-    handles = axes.plot(strain, record["secant_ratio"], label="secant")
+    strain, secant = record["strain"], record["secant_ratio"]
+    defined = ~zero_by_zero(record)
+    handles = axes.plot(strain[defined], secant[defined], label="secant")
     handles += axes.plot(strain, record["tangent_ratio"], label="tangent")
-    axes.set_xlim(*limits(strain, margin=0.03))
-    ratios = np.concatenate([record["secant_ratio"], record["tangent_ratio"]])
-    finite = ratios[np.isfinite(ratios)]
+    axes.set_xlim(*limits(strain))
+    ratios = np.concatenate([secant, record["tangent_ratio"]])
+    smallest, largest = extent(ratios)
     # Ratios diverge at a law's limits; what matters is where they leave 1.
-    axes.set_ylim(min(0.0, max(finite.min(initial=0.0), -1.0)), min(max(1.1 * finite.max(initial=0.0), 1.5), 3.0))
+    axes.set_ylim(min(0.0, max(smallest, -1.0)), min(max(1.1 * largest, 1.5), 3.0))
     axes.axhline(1, **MARK)
     handles += shade(axes, bands(result, "secant"))
     axes.set_xlabel(column_label(record.columns["strain"]))
     axes.set_ylabel(quantity("modulus over modulus at rest", "", "1"))
     legend_above(axes, handles)
-    caption = "Secant and tangent modulus over the modulus at rest; shaded: strain in which the secant modulus stays within the tolerance."
+    caption = "Secant and tangent modulus over that at rest; shaded: strain in which the secant stays within the tolerance."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
 def moduli_near_rest(result, record, key):
     """The same near zero strain: secant above, tangent below, each with its own bands."""
-    if not record.has("strain", "secant_ratio", "tangent_ratio"):
+    if not drawable(record, "strain", "secant_ratio", "tangent_ratio"):
         return None
-    ends = [end for modulus in ("secant", "tangent") for band in bands(result, modulus) for end in (band.low, band.high)]
-    ends = [abs(end) for end in ends if np.isfinite(end) and end > -1]
+    found = bands(result, "secant") + bands(result, "tangent")
+    ends = [abs(end) for band in found for end in (band.low, band.high) if np.isfinite(end) and end > -1]
     strain = record["strain"]
     span = 1.25 * max(ends, default=0.0)
-    if not 0 < span < 0.7 * np.nanmax(np.abs(strain)):  # no bounds, or the figure of the whole range shows them already
+    # Without bounds there is nothing to see; wide ones are seen in the figure of the whole range.
+    if not 0 < span < 0.7 * extent(np.abs(strain))[1]:
         return None
-    # A secant at zero strain is 0/0: such rows are left out, as are figures whose few points would hide the curve between them.
-    near = (np.abs(strain) <= 1.1 * span) & ~((strain == 0) & np.isnan(record["secant_ratio"]))
+    near = (np.abs(strain) <= 1.1 * span) & ~zero_by_zero(record)
     if near.sum() < FEW_ROWS:
         return None
     marker = "o" if near.sum() < MARKED_ROWS else ""
-    widest = max(band.tolerance for band in bands(result, "secant"))
+    widest = max(band.tolerance for band in found)
     drawing, panels = canvas(2, height=4.2, sharex=True)
     for axes, modulus, colour in zip(panels, ("secant", "tangent"), ("C0", "C1")):
         shown = bands(result, modulus)
@@ -265,21 +288,22 @@ def moduli_near_rest(result, record, key):
 
 def stress_references(result):
     """References that hold a stress-strain curve."""
-    return [reference for reference in result.references if reference.columns.has("strain", "stress")]
+    return [reference for reference in result.references if drawable(reference.columns, "strain", "stress")]
 
 
 def stress_strain(result, record, key):
     """Stress against strain, the straight line E strain, reference points and the range of validity."""
-    if not record.has("strain", "stress"):
+    if not drawable(record, "strain", "stress"):
         return None
     drawing, (axes,) = canvas()
     strain, stress = record["strain"], record["stress"]
     handles = axes.plot(strain, stress, label="measured")
-    modulus = result.metric("young_modulus")
-    axes.set_xlim(*limits(strain, margin=0.03))
+    modulus = known(result, "young_modulus")
+    axes.set_xlim(*limits(strain))
     if modulus is not None:
-        handles += axes.plot(strain, modulus * strain, color="#222222", linewidth=0.9, linestyle="--", label="E × strain")
-        keep_near(axes, stress, modulus * strain)
+        straight = modulus * strain
+        handles += axes.plot(strain, straight, color="#222222", linewidth=0.9, linestyle="--", label="E × strain")
+        keep_near(axes, stress, straight)
     for reference in stress_references(result):
         points = reference.columns
         every = max(1, len(points) // 25)  # enough to see, few enough to see the line
@@ -297,8 +321,8 @@ def stress_strain(result, record, key):
 
 def stress_error(result, record, key):
     """Relative distance of stress from the reference, where both are given at the same strain."""
-    modulus = result.metric("young_modulus")
-    if modulus is None or not record.has("strain", "stress"):
+    modulus = known(result, "young_modulus")
+    if modulus is None or not drawable(record, "strain", "stress"):
         return None
     drawing, (axes,) = canvas(height=2.7)
     handles = []
@@ -312,17 +336,17 @@ def stress_error(result, record, key):
             continue
         wanted = points["stress"][nearest[same]]
         error = np.abs(record["stress"][same] - wanted) / np.maximum(np.abs(wanted), 1e-3 * abs(modulus))
-        # Where both agree to the last bit a logarithm has no place for the point: draw it at half the unit round-off.
-        handles += axes.plot(
-            record["strain"][same], np.maximum(error, 2.0**-54), marker, linestyle="none", label=f"reference {reference.id}"
-        )
+        # A logarithm has no place for points that agree to the last bit: they go to half the unit round-off.
+        error = np.maximum(error, 2.0**-54)
+        label = f"reference {reference.id}"
+        handles += axes.plot(record["strain"][same], error, marker, linestyle="none", label=label)
     if not handles:
         return None
     axes.set_yscale("log")
     axes.set_xlabel(column_label(record.columns["strain"]))
     axes.set_ylabel("relative error of stress [1]")
     legend_above(axes, handles)
-    caption = "Distance of stress from the reference over max(|reference|, E/1000); equal to the last bit is drawn at 2⁻⁵⁴."
+    caption = "Distance of stress from the reference over max(|reference|, E/1000); no distance is drawn as 2⁻⁵⁴."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
@@ -335,16 +359,16 @@ def convergence(result, record, key):
     first = next(iter(record.columns.values()))
     handles = []
     for number, (name, marker) in enumerate(zip(errors, "os^Dvx")):
-        drawn = (record[name] > 0) & (first.values > 0)
+        drawn = (record[name] > 0) & (first.values > 0) & np.isfinite(record[name])
         steps, values = first.values[drawn], record[name][drawn]
         if not len(steps):
             continue
-        order = result.metric(name.replace("error_", "order_", 1))
+        order = known(result, name.replace("error_", "order_", 1))
         label = name.removeprefix("error_").replace("_", " ")
         label += f": order {order:.3f}" if order is not None else ""
         colour = f"C{number}"
         handles += axes.plot(steps, values, marker + "-", color=colour, label=label)
-        if order is not None and np.isfinite(order) and round(order) != 0:
+        if order is not None and round(order) != 0:
             coarsest = steps.argmax()
             guide = 0.4 * values[coarsest] * (steps / steps[coarsest]) ** round(order)
             axes.plot(steps, guide, ":", color=colour, linewidth=1)
@@ -378,7 +402,8 @@ def against_first_column(result, record, key):
     marker = "." if len(record) < MARKED_ROWS else ""
     for axes, (dimension, group) in zip(panels, groups.items()):
         for column in group:
-            axes.plot(first.values, column.values, marker=marker, label=f"{column.name.replace('_', ' ')} {column.symbol}")
+            label = quantity(column.name.replace("_", " "), column.symbol, "")
+            axes.plot(first.values, column.values, marker=marker, label=label)
         if len(group) == 1:
             axes.set_ylabel(column_label(group[0]))
         else:
@@ -394,10 +419,9 @@ def laws(results):
     return [
         result
         for result in results
-        if "potential" in result.records
-        and result.records["potential"].has("length", "strain", "energy")
-        and result.metric("young_modulus")
-        and result.metric("rest_length")
+        if drawable(result.records.get("potential"), "length", "strain", "energy")
+        and known(result, "young_modulus")
+        and known(result, "rest_length")
     ]
 
 
@@ -407,44 +431,42 @@ def law_name(result):
 
 def bond_laws(results, key):
     """Potentials of all laws in reduced units, (U - U(r0)) / (E r0^3) against r / r0, with their limits."""
-    drawing, (axes,) = canvas(height=3.9)
+    drawing, (axes,) = canvas(height=3.7)
     handles, right, scale = [], 1.0, 0.0
-    for result in laws(results):
+    for result, style in zip(laws(results), cycle(matplotlib.rcParams["axes.prop_cycle"])):
         record = result.records["potential"]
-        rest, modulus, reach = (result.metric(name) for name in ("rest_length", "young_modulus", "strain_at_reach"))
+        rest, modulus = known(result, "rest_length"), known(result, "young_modulus")
+        reach = known(result, "strain_at_reach")
         energy = (record["energy"] - at_rest(record, "energy")) / (modulus * rest**3)
-        label = law_name(result)
-        if reach is not None and np.isfinite(reach):
-            label += f" (limit {1 + reach:.3f} r₀)"
-        (line,) = axes.plot(record["length"] / rest, energy, label=label)
-        handles.append(line)
-        right = max(right, np.nanmax(record["strain"]) + 1)
-        scale = max(scale, 0.5 * np.nanmax(record["strain"]) ** 2)
-        if reach is not None and np.isfinite(reach):
+        handles += axes.plot(record["length"] / rest, energy, label=law_name(result), **style)
+        furthest = extent(record["strain"])[1]
+        right = max(right, furthest + 1)
+        scale = max(scale, 0.5 * furthest**2)
+        if reach is not None:
             right = max(right, 1 + reach)
-            axes.axvline(1 + reach, color=line.get_color(), linestyle=line.get_linestyle(), linewidth=0.8, alpha=0.7)
+            axes.axvline(1 + reach, linewidth=0.8, alpha=0.7, **style)
     if not handles:
         return None
     handles.append(upright(axes, 1, "rest length", linestyle=":"))
     axes.set_xlim(right=right + 0.03)
     # Laws diverge at their limits: a harmonic bond of the same modulus sets the scale.
-    axes.set_ylim(-0.05 * scale, 1.35 * scale)
+    axes.set_ylim(-0.05 * scale, 1.35 * scale or 1.0)
     axes.set_xlabel("length over rest length r/r₀ [1]")
     axes.set_ylabel("(U − U(r₀)) / (E r₀³) [1]")
     legend_above(axes, handles)
-    caption = "Potentials of all laws in reduced units: all have the same curvature at rest. Thin vertical lines: the limits of the laws."
+    caption = "Potentials in reduced units: all have the same curvature at rest. Thin vertical lines: where a law ends."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
 def bond_laws_secant(results, key):
     """Secant modulus over the modulus at rest of all laws."""
-    drawing, (axes,) = canvas(height=3.9)
+    drawing, (axes,) = canvas(height=3.7)
     handles = []
-    for result in laws(results):
+    for result, style in zip(laws(results), cycle(matplotlib.rcParams["axes.prop_cycle"])):
         record = result.records.get("moduli")
-        if record is None or not record.has("strain", "secant_ratio"):
+        if not drawable(record, "strain", "secant_ratio"):
             continue
-        handles += axes.plot(record["strain"], record["secant_ratio"], label=law_name(result))
+        handles += axes.plot(record["strain"], record["secant_ratio"], label=law_name(result), **style)
     if not handles:
         return None
     axes.axhline(1, **MARK)
@@ -452,11 +474,11 @@ def bond_laws_secant(results, key):
     axes.set_xlabel("strain r/r₀ − 1 [1]")
     axes.set_ylabel("secant modulus over modulus at rest [1]")
     legend_above(axes, handles)
-    caption = "Secant modulus over the modulus at rest: equal moduli at rest are equal solids for infinitesimal strain only."
+    caption = "Secant modulus over that at rest: equal moduli at rest are equal solids for infinitesimal strain only."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
-# Kinds of plot by the name of the record, in the order of the page. Validity is a table of the page, and bands in the figures.
+# Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others.
 KINDS = {
     "potential": (potential_energy, tension),
     "stress_strain": (stress_strain, stress_error, moduli, moduli_near_rest),

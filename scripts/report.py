@@ -43,11 +43,12 @@ def exponent_of(value):
 
 
 def grouped(text, alike):
-    """Digits after the point, if many, in groups set apart by style so that a copy has no spaces; those after `alike` are bold."""
+    """Digits, many decimals in groups set apart by style so that a copy has no spaces; those after `alike` bold."""
     whole, point, decimals = text.partition(".")
     size = 3 if len(decimals) > 4 else 4
     pieces, place = [], 0
-    for group in [whole + point, *(decimals[start : start + size] for start in range(0, len(decimals), size))]:
+    groups = [decimals[start : start + size] for start in range(0, len(decimals), size)]
+    for group in [whole + point, *groups]:
         same = max(0, min(alike - place, len(group)))
         different = Markup("<b>{}</b>").format(group[same:]) if group[same:] else ""
         pieces.append(Markup("<span>{}{}</span>").format(group[:same], different))
@@ -67,12 +68,12 @@ def numeral(value, digits=6):
             mantissa = f"{value:.{digits - 1}e}".split("e")[0]
             mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
             text = powers_of_ten(mantissa.replace("-", "−"), exponent)
-    return Markup('<span class="n" title="{}">{}</span>').format(repr(value), text)
+    return Markup('<span class="n" title="{}">{}</span>').format(repr(float(value)), text)
 
 
 def stated_digits(value):
     """Significant digits of the shortest decimal number that is this double."""
-    return len(f"{value!r}".split("e")[0].replace(".", "").strip("-0"))
+    return len(repr(float(value)).split("e")[0].replace(".", "").strip("-0"))
 
 
 def side_by_side(measured, target, tolerance):
@@ -93,7 +94,7 @@ def side_by_side(measured, target, tolerance):
     exponent = exponent_of(scale)
     shift = 0 if -4 <= exponent < 6 else exponent
     decimals = max(digits - 1 - (exponent - shift), 0)
-    texts = [f"{value / 10.0**shift:.{decimals}f}" if shift else f"{value:.{decimals}f}" for value in (measured, target)]
+    texts = [f"{value / 10.0**shift if shift else value:.{decimals}f}" for value in (measured, target)]
     alike = len(os.path.commonprefix(texts)) if texts[0] != texts[1] else len(texts[0])
     if stated <= PRINTED and "." in texts[1]:
         texts[1] = texts[1].rstrip("0").rstrip(".")
@@ -101,7 +102,7 @@ def side_by_side(measured, target, tolerance):
     for value, text in zip((measured, target), texts):
         body = grouped(text.replace("-", "−"), alike)
         body = powers_of_ten(body, shift) if shift else body
-        shown.append(Markup('<span class="n" title="{}">{}</span>').format(repr(value), body))
+        shown.append(Markup('<span class="n" title="{}">{}</span>').format(repr(float(value)), body))
     return tuple(shown)
 
 
@@ -144,7 +145,7 @@ def passed(result):
 
 
 def worst_margin(result):
-    """Largest margin of the checks that must hold, None without any. A refuted claim is beyond its tolerance by nature."""
+    """Largest margin, None without any; without refuted claims, which are beyond their tolerance by nature."""
     margins = [check.margin for check in result.checks if check.verdict != "finding"]
     return max(margins, key=lambda margin: math.inf if math.isnan(margin) else margin, default=None)
 
@@ -174,7 +175,7 @@ def claims(results_read, verdict):
 
 
 def provenance(results_read):
-    """What the files say about the program and the machine: for each property the values met, with the number of files."""
+    """Values that the files state for each property of program and machine, with the number of files."""
     names = dict.fromkeys(name for result in results_read for name in result.provenance)
     return {name: Counter(result.provenance.get(name, "not stated") for result in results_read) for name in names}
 
@@ -194,19 +195,20 @@ def page(results_read, unreadable):
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    shown = (plots.bands, numeral, side_by_side, badge, seconds, memory, anchor, wall_seconds, passed, worst_margin, dimension_of, rerun)
-    environment.globals.update({function.__name__: function for function in shown})
+    for shown in (numeral, side_by_side, badge, seconds, memory, plots.bands):
+        environment.globals[shown.__name__] = shown
+    for asked in (anchor, wall_seconds, passed, worst_margin, dimension_of, rerun):
+        environment.globals[asked.__name__] = asked
     environment.filters["powers"] = plots.powers
-    side = [draw(results_read, key) for draw, key in ((plots.bond_laws, "laws"), (plots.bond_laws_secant, "secants"))]
+    side_figures = plots.bond_laws(results_read, "laws"), plots.bond_laws_secant(results_read, "secants")
     return environment.get_template("report.html.j2").render(
         results=results_read,
         unreadable=unreadable,
         verdicts=Counter(result.verdict for result in results_read),
         holding=claims(results_read, "pass"),
         refuted=claims(results_read, "finding"),
-        code_checks=Counter(check.verdict for result in results_read for check in result.checks if check.question == "code"),
         laws=plots.laws(results_read),
-        law_figures=[drawn for drawn in side if drawn is not None],
+        law_figures=[drawn for drawn in side_figures if drawn is not None],
         figures={result.file: plots.of_case(result, f"f{number}") for number, result in enumerate(results_read)},
         provenance=provenance(results_read),
         dates=dates(results_read),
@@ -219,9 +221,8 @@ def write(path, text):
     try:
         aside.write_text(text, encoding="utf-8")
         aside.replace(path)
-    except OSError:
+    finally:
         aside.unlink(missing_ok=True)
-        raise
 
 
 def verdict_table(results_read, unreadable):
@@ -242,17 +243,19 @@ def verdict_table(results_read, unreadable):
         )
     body += [(broken.file.name, "error", "-", "-", "-", "-") for broken in unreadable]
     widths = [max(len(row[column]) for row in [head, *body]) for column in range(len(head))]
-    lines = [
-        "  ".join(cell.ljust(width) if column < 2 else cell.rjust(width) for column, (cell, width) in enumerate(zip(row, widths)))
-        for row in [head, *body]
-    ]
+    lines = []
+    for row in [head, *body]:
+        words = [cell.ljust(width) for cell, width in zip(row[:2], widths[:2])]
+        numbers = [cell.rjust(width) for cell, width in zip(row[2:], widths[2:])]
+        lines.append("  ".join(words + numbers))
     counts = Counter(result.verdict for result in results_read)
+    holding, refuted = claims(results_read, "pass"), claims(results_read, "finding")
     errors = counts["error"] + len(unreadable)
     lines.append("")
     lines.append(
         f"{len(body)} cases: {counts['pass']} pass, {counts['fail']} fail, {errors} error"
         + (f" ({len(unreadable)} unreadable)" if unreadable else "")
-        + f"; claims of the paper: {len(claims(results_read, 'pass'))} hold, {len(claims(results_read, 'finding'))} refuted"
+        + f"; claims of the paper: {len(holding)} hold, {len(refuted)} refuted"
     )
     return lines
 
@@ -263,20 +266,20 @@ def main(arguments=None):
     parser.add_argument("--out", type=Path, metavar="FILE.html", help="default: RESULTS_DIR/report.html")
     options = parser.parse_args(arguments)
     out = options.out or options.folder / "report.html"
+    remedy = f"Run `veriflex run` with --out {options.folder} first"
     if not options.folder.is_dir():
         why = "it is a file" if options.folder.exists() else "it does not exist"
-        print(f"{options.folder}: no results folder ({why}). Run `veriflex run` with --out {options.folder} first", file=sys.stderr)
+        print(f"{options.folder}: no results folder ({why}). {remedy}", file=sys.stderr)
         return USAGE
     results_read, unreadable = results.load_all(options.folder)
     if not results_read and not unreadable:
-        print(
-            f"{options.folder}: no results (no *.h5 file in it). Run `veriflex run` with --out {options.folder} first", file=sys.stderr
-        )
+        print(f"{options.folder}: no results (no *.h5 file in it). {remedy}", file=sys.stderr)
         return USAGE
     for broken in unreadable:
         print(broken.message, file=sys.stderr)
+    text = page(results_read, unreadable)
     try:
-        write(out, page(results_read, unreadable))
+        write(out, text)
     except OSError as problem:
         print(f"{out}: cannot be written ({problem.strerror}). Give another file with --out", file=sys.stderr)
         return UNWRITABLE

@@ -56,7 +56,7 @@ class Metric:
 
 @dataclass(frozen=True)
 class Check:
-    """A metric held against a target; `question` is "code" (must hold) or "claim" (does the published statement hold?)."""
+    """A metric held against a target; `question` is "code" (must hold) or "claim" (is what was published true?)."""
 
     metric: str
     question: str
@@ -161,7 +161,7 @@ def rows(file, place):
     if place not in file:
         return []
     columns = table(file[place])
-    return [dict(zip(columns, row)) for row in zip(*map(list, columns.values()))]
+    return [dict(zip(columns, row)) for row in zip(*(np.asarray(values).tolist() for values in columns.values()))]
 
 
 def record(group, name):
