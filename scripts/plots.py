@@ -319,34 +319,33 @@ def stress_strain(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
-def stress_error(result, record, key):
-    """Relative distance of stress from the reference, where both are given at the same strain."""
+def curve_error(result, record, key):
+    """Relative distance from the reference curve: of its second column, at the values of its first."""
     modulus = known(result, "young_modulus")
     if modulus is None or not drawable(record, "strain", "stress"):
         return None
+    floors = {"strain": 1e-3, "stress": 1e-3 * abs(modulus)}
     drawing, (axes,) = canvas(height=2.7)
     handles = []
     for reference, marker in zip(stress_references(result), "os^D"):
-        points = reference.columns
-        # No interpolation: it would add an error of its own.
-        apart = np.abs(record["strain"][:, None] - points["strain"][None, :])
-        nearest = apart.argmin(axis=1)
-        same = apart.min(axis=1) < 1e-9
-        if not same.any():
+        given, wanted = [name for name in reference.columns.columns if name in floors]
+        # Only where the run measured: an interpolation would add an error of its own.
+        _, here, there = np.intersect1d(record[given], reference.columns[given], return_indices=True)
+        if not len(here):
             continue
-        wanted = points["stress"][nearest[same]]
-        error = np.abs(record["stress"][same] - wanted) / np.maximum(np.abs(wanted), 1e-3 * abs(modulus))
+        expected = reference.columns[wanted][there]
+        error = np.abs(record[wanted][here] - expected) / np.maximum(np.abs(expected), floors[wanted])
         # A logarithm has no place for points that agree to the last bit: they go to half the unit round-off.
         error = np.maximum(error, 2.0**-54)
-        label = f"reference {reference.id}"
-        handles += axes.plot(record["strain"][same], error, marker, linestyle="none", label=label)
+        label = f"{wanted} against {reference.id}"
+        handles += axes.plot(record["strain"][here], error, marker, linestyle="none", label=label)
     if not handles:
         return None
     axes.set_yscale("log")
     axes.set_xlabel(column_label(record.columns["strain"]))
-    axes.set_ylabel("relative error of stress [1]")
+    axes.set_ylabel("relative error [1]")
     legend_above(axes, handles)
-    caption = "Distance of stress from the reference over max(|reference|, E/1000); no distance is drawn as 2⁻⁵⁴."
+    caption = "Distance from the reference, relative to it or to what strain 0.001 gives; no distance is drawn as 2⁻⁵⁴."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
@@ -481,7 +480,7 @@ def bond_laws_secant(results, key):
 # Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others.
 KINDS = {
     "potential": (potential_energy, tension),
-    "stress_strain": (stress_strain, stress_error, moduli, moduli_near_rest),
+    "stress_strain": (stress_strain, curve_error, moduli, moduli_near_rest),
     "moduli": (moduli, moduli_near_rest),
     "convergence": (convergence,),
     "validity": (),

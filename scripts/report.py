@@ -20,6 +20,7 @@ import plots
 import results
 
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
+SMALL_ROWS = 20  # records of at most that many rows are shown as tables
 PRINTED = 10  # a target of at most that many digits counts as a printed number
 MARKS = {"pass": "✓", "fail": "✗", "error": "!", "finding": "◇"}
 
@@ -164,6 +165,15 @@ def rerun(result):
     return shlex.join(words)
 
 
+def small_records(result):
+    """Records short enough to be read, without those that the page shows in a form of their own."""
+    return [
+        record
+        for record in result.records.values()
+        if record.name not in plots.KINDS and 0 < len(record) <= SMALL_ROWS
+    ]
+
+
 def claims(results_read, verdict):
     """Pairs of result and check for the claims with this verdict."""
     return [
@@ -197,7 +207,7 @@ def page(results_read, unreadable):
     )
     for shown in (numeral, side_by_side, badge, seconds, memory, plots.bands):
         environment.globals[shown.__name__] = shown
-    for asked in (anchor, wall_seconds, passed, worst_margin, dimension_of, rerun):
+    for asked in (anchor, wall_seconds, passed, worst_margin, dimension_of, rerun, small_records):
         environment.globals[asked.__name__] = asked
     environment.filters["powers"] = plots.powers
     side_figures = plots.bond_laws(results_read, "laws"), plots.bond_laws_secant(results_read, "secants")

@@ -75,7 +75,7 @@ class WrittenReport(unittest.TestCase):
         strain = np.linspace(-0.1, 0.4, 26)
         curve = dict(strain=strain, stress=strain * (1 - strain))
         write_result(cls.folder, "derive-one", "pass", [CHECK, REFUTED], title="<script>alert(1)</script>")
-        records = [("stress_strain", curve), ("own", curve)]
+        records = [("stress_strain", curve), ("own", curve), ("kinks", dict(strain=[0.168], jump=[-0.059]))]
         write_result(cls.folder, "tensile-two", "fail", [CHECK, FAILED], records=records)
         failure = dict(error_kind="NumericalFailure", error_message="step 3: bond < at its limit")
         write_result(cls.folder, "broken-run", "error", **failure)
@@ -129,6 +129,9 @@ class WrittenReport(unittest.TestCase):
 
     def test_known_and_unknown_records_are_drawn(self):
         self.assertEqual(self.page.count("<svg"), 2)
+
+    def test_record_too_short_for_a_figure_is_a_table(self):
+        self.assertRegex(self.page, r'title="-0.059"')
 
     def test_same_input_gives_the_same_page(self):
         again = self.folder / "again.html"
