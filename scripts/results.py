@@ -244,9 +244,9 @@ def load(path):
 
 
 def load_all(folder):
-    """Results and Unreadables of all *.h5 in a folder, each sorted by file name."""
+    """Results and Unreadables of all *.h5 in a folder, each sorted by the stem of its name."""
     results, unreadable = [], []
-    for path in sorted(Path(folder).glob("*.h5")):
+    for path in sorted(Path(folder).glob("*.h5"), key=lambda path: path.stem):
         if path.name.startswith("."):  # being written by a run
             continue
         try:
