@@ -1,0 +1,302 @@
+#!/usr/bin/python3
+"""One page about a verification run: reads the result files of a folder, writes a self-contained HTML file.
+
+Verdicts were computed by veriflex; here they are only shown.
+"""
+
+import argparse
+import math
+import os
+import re
+import shlex
+import sys
+from collections import Counter
+from pathlib import Path
+
+import jinja2
+from markupsafe import Markup
+
+import plots
+import results
+
+WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
+SMALL_ROWS = 20  # records of at most that many rows are shown as tables
+PRINTED = 10  # a target of at most that many digits counts as a printed number
+MARKS = {"pass": "✓", "fail": "✗", "error": "!", "finding": "◇"}
+
+
+def powers_of_ten(mantissa, exponent):
+    return Markup('{}<span class="times">×</span>10<sup>{}</sup>').format(mantissa, str(exponent).replace("-", "−"))
+
+
+def unusual(value):
+    """Text of a number that has no digits, None for all others."""
+    if math.isnan(value):
+        return "NaN"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    return "0" if value == 0 else None
+
+
+def exponent_of(value):
+    """Decimal exponent of a finite number other than zero."""
+    return int(f"{value:e}".split("e")[1])
+
+
+def grouped(text, alike):
+    """Digits, many decimals in groups set apart by style so that a copy has no spaces; those after `alike` bold."""
+    whole, point, decimals = text.partition(".")
+    size = 3 if len(decimals) > 4 else 4
+    pieces, place = [], 0
+    groups = [decimals[start : start + size] for start in range(0, len(decimals), size)]
+    for group in [whole + point, *groups]:
+        same = max(0, min(alike - place, len(group)))
+        different = Markup("<b>{}</b>").format(group[same:]) if group[same:] else ""
+        pieces.append(Markup("<span>{}{}</span>").format(group[:same], different))
+        place += len(group)
+    return Markup('<span class="digits">{}</span>').format(Markup("").join(pieces))
+
+
+def numeral(value, digits=6):
+    """Number with that many significant digits, trailing zeros dropped; the title says it in full."""
+    text = unusual(value)
+    if text is None:
+        exponent = exponent_of(value)
+        if -4 <= exponent < 6:
+            text = f"{value:.{max(digits - 1 - exponent, 0)}f}"
+            text = (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
+        else:
+            mantissa = f"{value:.{digits - 1}e}".split("e")[0]
+            mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
+            text = powers_of_ten(mantissa.replace("-", "−"), exponent)
+    return Markup('<span class="n" title="{}">{}</span>').format(repr(float(value)), text)
+
+
+def stated_digits(value):
+    """Significant digits of the shortest decimal number that is this double."""
+    return len(repr(float(value)).split("e")[0].replace(".", "").strip("-0"))
+
+
+def side_by_side(measured, target, tolerance):
+    """Measured and target with as many digits as show how they differ, or the tolerance; differing digits are bold.
+
+    A target of few digits, such as a printed one, is shown as it was stated.
+    """
+    plain = numeral(measured, 4), numeral(target, 4)
+    if unusual(measured) or unusual(target):
+        return plain
+    scale = max(abs(measured), abs(target))
+    apart = abs(measured - target) or abs(tolerance)
+    if not math.isfinite(apart) or apart > 0.1 * scale:
+        return plain
+    stated = stated_digits(target)
+    digits = max(math.ceil(math.log10(scale / apart)) + 2 if apart else 17, 4, stated if stated <= PRINTED else 0)
+    digits = min(digits, max(stated_digits(measured), stated, 4))
+    exponent = exponent_of(scale)
+    shift = 0 if -4 <= exponent < 6 else exponent
+    decimals = max(digits - 1 - (exponent - shift), 0)
+    texts = [f"{value / 10.0**shift if shift else value:.{decimals}f}" for value in (measured, target)]
+    alike = len(os.path.commonprefix(texts)) if texts[0] != texts[1] else len(texts[0])
+    if stated <= PRINTED and "." in texts[1]:
+        texts[1] = texts[1].rstrip("0").rstrip(".")
+    shown = []
+    for value, text in zip((measured, target), texts):
+        body = grouped(text.replace("-", "−"), alike)
+        body = powers_of_ten(body, shift) if shift else body
+        shown.append(Markup('<span class="n" title="{}">{}</span>').format(repr(float(value)), body))
+    return tuple(shown)
+
+
+def badge(verdict, text=None):
+    """Verdict as mark and word: colour alone says nothing."""
+    return Markup('<span class="verdict {}"><span aria-hidden="true">{}</span> {}</span>').format(
+        verdict, MARKS.get(verdict, "?"), text or verdict
+    )
+
+
+def seconds(value):
+    """Duration in words of the right size."""
+    if value < 1e-3:
+        return f"{value * 1e6:.0f} µs"
+    if value < 1:
+        return f"{value * 1e3:.3g} ms"
+    return f"{value:.3g} s" if value < 120 else f"{value / 60:.3g} min"
+
+
+def memory(count):
+    """Bytes in words of the right size."""
+    for unit in ("B", "KiB", "MiB"):
+        if count < 1024:
+            return f"{count:.4g} {unit}"
+        count /= 1024
+    return f"{count:.4g} GiB"
+
+
+def anchor(result):
+    """Name of a case's section; from the file's name, which is unique in a folder."""
+    return "case-" + re.sub(r"[^A-Za-z0-9_-]", "-", result.file.stem)
+
+
+def wall_seconds(result):
+    return sum(row["wall_seconds"] for row in result.timing)
+
+
+def passed(result):
+    return sum(check.verdict == "pass" for check in result.checks)
+
+
+def worst_margin(result):
+    """Largest margin, None without any; without refuted claims, which are beyond their tolerance by nature."""
+    margins = [check.margin for check in result.checks if check.verdict != "finding"]
+    return max(margins, key=lambda margin: math.inf if math.isnan(margin) else margin, default=None)
+
+
+def dimension_of(result, name):
+    """Dimension of a metric, empty for a number."""
+    stated = next((metric.dimension for metric in result.metrics if metric.name == name), "")
+    return "" if stated == "1" else stated
+
+
+def rerun(result):
+    """Command that makes the result again."""
+    words = ["veriflex", "run", result.case_path or result.id]
+    for override in result.overrides:
+        words += ["--set", override]
+    return shlex.join(words)
+
+
+def small_records(result):
+    """Records short enough to be read, without those that the page shows in a form of their own."""
+    return [
+        record
+        for record in result.records.values()
+        if record.name not in plots.KINDS and 0 < len(record) <= SMALL_ROWS
+    ]
+
+
+def claims(results_read, verdict):
+    """Pairs of result and check for the claims with this verdict."""
+    return [
+        (result, check)
+        for result in results_read
+        for check in result.checks
+        if check.question == "claim" and check.verdict == verdict
+    ]
+
+
+def provenance(results_read):
+    """Values that the files state for each property of program and machine, with the number of files."""
+    names = dict.fromkeys(name for result in results_read for name in result.provenance)
+    return {name: Counter(result.provenance.get(name, "not stated") for result in results_read) for name in names}
+
+
+def dates(results_read):
+    """First and last date of the files, one if they are the same."""
+    met = sorted({result.provenance.get("date", "") for result in results_read} - {""})
+    return met if len(met) < 2 else [met[0], met[-1]]
+
+
+def page(results_read, unreadable):
+    """The whole HTML page as text."""
+    environment = jinja2.Environment(
+        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        autoescape=True,
+        undefined=jinja2.StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    for shown in (numeral, side_by_side, badge, seconds, memory, plots.bands):
+        environment.globals[shown.__name__] = shown
+    for asked in (anchor, wall_seconds, passed, worst_margin, dimension_of, rerun, small_records):
+        environment.globals[asked.__name__] = asked
+    environment.filters["powers"] = plots.powers
+    side_figures = plots.bond_laws(results_read, "laws"), plots.bond_laws_secant(results_read, "secants")
+    return environment.get_template("report.html.j2").render(
+        results=results_read,
+        unreadable=unreadable,
+        verdicts=Counter(result.verdict for result in results_read),
+        holding=claims(results_read, "pass"),
+        refuted=claims(results_read, "finding"),
+        laws=plots.laws(results_read),
+        law_figures=[drawn for drawn in side_figures if drawn is not None],
+        figures={result.file: plots.of_case(result, f"f{number}") for number, result in enumerate(results_read)},
+        provenance=provenance(results_read),
+        dates=dates(results_read),
+    )
+
+
+def write(path, text):
+    """Write aside, then rename: who reads the page meanwhile sees the earlier one, whole."""
+    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
+    try:
+        aside.write_text(text, encoding="utf-8")
+        aside.replace(path)
+    finally:
+        aside.unlink(missing_ok=True)
+
+
+def verdict_table(results_read, unreadable):
+    """Lines of a plain-text table, one row per case, and a line of counts."""
+    head = ("case", "verdict", "checks", "worst margin", "findings", "wall s")
+    body = []
+    for result in results_read:
+        margin = worst_margin(result)
+        body.append(
+            (
+                result.id,
+                result.verdict,
+                f"{passed(result)}/{len(result.checks)}",
+                "-" if margin is None else f"{margin:.2g}",
+                str(result.findings),
+                f"{wall_seconds(result):.3g}",
+            )
+        )
+    body += [(broken.file.name, "error", "-", "-", "-", "-") for broken in unreadable]
+    widths = [max(len(row[column]) for row in [head, *body]) for column in range(len(head))]
+    lines = []
+    for row in [head, *body]:
+        words = [cell.ljust(width) for cell, width in zip(row[:2], widths[:2])]
+        numbers = [cell.rjust(width) for cell, width in zip(row[2:], widths[2:])]
+        lines.append("  ".join(words + numbers))
+    counts = Counter(result.verdict for result in results_read)
+    holding, refuted = claims(results_read, "pass"), claims(results_read, "finding")
+    errors = counts["error"] + len(unreadable)
+    lines.append("")
+    lines.append(
+        f"{len(body)} cases: {counts['pass']} pass, {counts['fail']} fail, {errors} error"
+        + (f" ({len(unreadable)} unreadable)" if unreadable else "")
+        + f"; claims of the paper: {len(holding)} hold, {len(refuted)} refuted"
+    )
+    return lines
+
+
+def main(arguments=None):
+    parser = argparse.ArgumentParser(description="Write one HTML page about the result files of a folder.")
+    parser.add_argument("folder", type=Path, metavar="RESULTS_DIR", help="folder with the *.h5 files of `veriflex run`")
+    parser.add_argument("--out", type=Path, metavar="FILE.html", help="default: RESULTS_DIR/report.html")
+    options = parser.parse_args(arguments)
+    out = options.out or options.folder / "report.html"
+    remedy = f"Run `veriflex run` with --out {options.folder} first"
+    if not options.folder.is_dir():
+        why = "it is a file" if options.folder.exists() else "it does not exist"
+        print(f"{options.folder}: no results folder ({why}). {remedy}", file=sys.stderr)
+        return USAGE
+    results_read, unreadable = results.load_all(options.folder)
+    if not results_read and not unreadable:
+        print(f"{options.folder}: no results (no *.h5 file in it). {remedy}", file=sys.stderr)
+        return USAGE
+    for broken in unreadable:
+        print(broken.message, file=sys.stderr)
+    text = page(results_read, unreadable)
+    try:
+        write(out, text)
+    except OSError as problem:
+        print(f"{out}: cannot be written ({problem.strerror}). Give another file with --out", file=sys.stderr)
+        return UNWRITABLE
+    print("\n".join(verdict_table(results_read, unreadable)))
+    print(out)
+    return WRITTEN
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,256 @@
+"""Result files of `veriflex run` as plain values; the schema is described in verify/README.md.
+
+Nothing is judged here: verdicts, errors and margins are those that the files state.
+"""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+FORMAT = "veriflex-result"
+SCHEMA = 1
+
+
+class UnreadableResult(Exception):
+    """A file that is not a result of this schema; the text is `path: problem (why). Remedy`."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a record or reference; `dimension` is such as "M L^-1 T^-2", "1" for none, empty if not stated."""
+
+    name: str
+    values: np.ndarray
+    symbol: str = ""
+    dimension: str = ""
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a driver observed: columns of equal length, by name, in the order of the file."""
+
+    name: str
+    title: str
+    columns: dict[str, Column]
+
+    def __getitem__(self, name):
+        return self.columns[name].values
+
+    def has(self, *names):
+        return all(name in self.columns for name in names)
+
+    def __len__(self):
+        return max((len(column.values) for column in self.columns.values()), default=0)
+
+
+@dataclass(frozen=True)
+class Metric:
+    name: str
+    value: float
+    dimension: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """A metric held against a target; `question` is "code" (must hold) or "claim" (is what was published true?)."""
+
+    metric: str
+    question: str
+    measured: float
+    target: float
+    tolerance: float  # absolute, in the metric's dimension
+    tolerance_text: str
+    reason: str
+    error: float
+    margin: float  # error / tolerance
+    verdict: str  # pass, fail, finding
+    reference: str
+    kind: str
+    source: str
+    claim: str
+    statement: str
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a check was held against, and where that comes from."""
+
+    id: str
+    kind: str
+    source: str
+    obtained: str
+    command: str
+    sha256: str
+    columns: Record
+
+
+@dataclass(frozen=True)
+class Result:
+    """One result file. Rows of `built`, `left_out` and `timing` are dicts keyed by the columns of the schema."""
+
+    file: Path
+    id: str
+    title: str
+    asks: str
+    equation: str
+    driver: str
+    tier: str
+    topics: list[str]
+    sources: list[str]
+    verdict: str
+    findings: int
+    error_kind: str
+    error_message: str
+    case_text: str
+    case_path: str
+    overrides: list[str]
+    built: list[dict]
+    left_out: list[dict]
+    provenance: dict[str, str]
+    records: dict[str, Record]
+    metrics: list[Metric]
+    checks: list[Check]
+    references: list[Reference]
+    timing: list[dict]
+
+    def metric(self, name):
+        """Value of a metric, None where the case has no such metric."""
+        return next((metric.value for metric in self.metrics if metric.name == name), None)
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """A file of the results folder that could not be read, and the message that says why."""
+
+    file: Path
+    message: str
+
+
+def plain(value):
+    """HDF5 value as str, int, float, list or numpy array of numbers."""
+    if isinstance(value, h5py.Empty):
+        return []
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    if isinstance(value, np.ndarray) and value.dtype.kind in "OSU":
+        return [plain(item) for item in value.ravel().tolist()]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    return value
+
+
+def attributes(node):
+    return {name: plain(value) for name, value in node.attrs.items()}
+
+
+def table(group):
+    """Columns of a table by name, in the order that the table states."""
+    names = plain(group.attrs["columns"]) if "columns" in group.attrs else list(group)
+    columns = {name: plain(group[name][()]) for name in names}
+    if len({len(values) for values in columns.values()}) > 1:
+        raise ValueError(f"the columns of {group.name} differ in length")
+    return columns
+
+
+def rows(file, place):
+    """Rows of a table as dicts; none for a table that the file lacks (a run that ended in an error)."""
+    if place not in file:
+        return []
+    columns = table(file[place])
+    return [dict(zip(columns, row)) for row in zip(*(np.asarray(values).tolist() for values in columns.values()))]
+
+
+def record(group, name):
+    columns = {}
+    for column, values in table(group).items():
+        stated = attributes(group[column])
+        columns[column] = Column(
+            name=column,
+            values=np.asarray(values),
+            symbol=stated.get("symbol", ""),
+            dimension=stated.get("dimension", ""),
+            meaning=stated.get("meaning", ""),
+        )
+    return Record(name=name, title=attributes(group).get("title", ""), columns=columns)
+
+
+def reference(group, name):
+    stated = attributes(group)
+    return Reference(
+        id=name,
+        **{key: stated.get(key, "") for key in ("kind", "source", "obtained", "command", "sha256")},
+        columns=record(group, name),
+    )
+
+
+def read(file, path):
+    """Values of an open result file."""
+    top = attributes(file)
+    case = attributes(file["case"]) if "case" in file else {}
+    return Result(
+        file=path,
+        **{key: top[key] for key in ("id", "title", "asks", "equation", "driver", "tier", "verdict")},
+        topics=list(top["topics"]),
+        sources=list(top["sources"]),
+        findings=int(top["findings"]),
+        error_kind=top.get("error_kind", ""),
+        error_message=top.get("error_message", ""),
+        case_text=plain(file["case"][()]) if "case" in file else "",
+        case_path=case.get("path", ""),
+        overrides=list(case.get("overrides", [])),
+        built=rows(file, "plan/built"),
+        left_out=rows(file, "plan/left_out"),
+        provenance={key: str(value) for key, value in attributes(file["provenance"]).items()},
+        records={name: record(group, name) for name, group in file.get("records", {}).items()},
+        metrics=[Metric(**row) for row in rows(file, "metrics")],
+        checks=[Check(**row) for row in rows(file, "checks")],
+        references=[reference(group, name) for name, group in file.get("references", {}).items()],
+        timing=rows(file, "timing"),
+    )
+
+
+def load(path):
+    """Result file as a Result; UnreadableResult names the file, what is wrong and what to do."""
+    path = Path(path)
+    again = "Run the case again"
+    try:
+        if path.stat().st_size and not h5py.is_hdf5(path):
+            path.open("rb").close()  # permission problems speak for themselves
+            raise UnreadableResult(f"{path}: not an HDF5 file (no HDF5 signature). Remove it, or run the case again")
+        with h5py.File(path, "r") as file:
+            form, schema = plain(file.attrs.get("format", "")), plain(file.attrs.get("schema", 0))
+            if form != FORMAT:
+                raise UnreadableResult(
+                    f'{path}: not a result of veriflex (attribute format is "{form}", not "{FORMAT}"). '
+                    "Move it out of the results folder"
+                )
+            if schema != SCHEMA:
+                raise UnreadableResult(
+                    f"{path}: schema {schema} (this script reads schema {SCHEMA}). "
+                    "Use the script of the revision that wrote the file, or run the case again"
+                )
+            return read(file, path)
+    except PermissionError as problem:
+        raise UnreadableResult(f"{path}: cannot be read ({problem.strerror}). Change its permissions") from problem
+    except OSError as problem:
+        raise UnreadableResult(f"{path}: damaged or truncated ({problem}). {again}") from problem
+    except (KeyError, TypeError, ValueError, RuntimeError) as problem:
+        why = problem.args[0] if problem.args else type(problem).__name__
+        raise UnreadableResult(f"{path}: not as schema {SCHEMA} says ({why}). {again}") from problem
+
+
+def load_all(folder):
+    """Results and Unreadables of all *.h5 in a folder, each sorted by the stem of its name."""
+    results, unreadable = [], []
+    for path in sorted(Path(folder).glob("*.h5"), key=lambda path: path.stem):
+        if path.name.startswith("."):  # being written by a run
+            continue
+        try:
+            results.append(load(path))
+        except UnreadableResult as problem:
+            unreadable.append(Unreadable(path, str(problem)))
+    return results, unreadable

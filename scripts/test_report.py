@@ -1,0 +1,163 @@
+#!/usr/bin/python3
+"""Tests of the report: small result files in, one page out."""
+
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+REPORT = Path(__file__).with_name("report.py")
+TEXT = h5py.string_dtype("utf-8")
+CHECK = dict(
+    metric="young_modulus", question="code", measured=1021.1862965340421, target=1021.1862965340418, tolerance=1e-9,
+    tolerance_text="1e-12 relative", reason="round-off", error=3e-13, margin=3e-4, verdict="pass", reference="fene-lj",
+    kind="high-precision", source="30 digits", claim="", statement="The modulus is U''/r.",
+)  # fmt: skip
+REFUTED = CHECK | dict(question="claim", target=1021.1439, error=0.0424, margin=848.0, verdict="finding")
+FAILED = CHECK | dict(metric="order_central", measured=1.62, target=2.0, error=0.38, margin=3.8, verdict="fail")
+
+
+def write_table(file, place, columns):
+    group = file.create_group(place)
+    group.attrs.create("columns", np.array(list(columns), dtype=object), dtype=TEXT)
+    for name, values in columns.items():
+        is_text = len(values) and isinstance(values[0], str)
+        kind = TEXT if is_text else float
+        group.create_dataset(name, data=np.array(values, dtype=object if is_text else float), dtype=kind)
+    return group
+
+
+def write_rows(file, place, rows):
+    write_table(file, place, {name: [row[name] for row in rows] for name in (rows[0] if rows else {})})
+
+
+def write_result(folder, name, verdict, checks=(), title="A title", records=(), **more):
+    """A result file of schema 1."""
+    with h5py.File(folder / f"{name}.h5", "w") as file:
+        texts = dict(format="veriflex-result", id=name, title=title, asks="Does it hold?", equation="E = U''/r₀")
+        for key, value in (texts | dict(driver="derive", tier="quick", verdict=verdict) | more).items():
+            file.attrs[key] = value
+        file.attrs["schema"] = 1
+        file.attrs["findings"] = sum(check["verdict"] == "finding" for check in checks)
+        for key in ("topics", "sources"):
+            file.attrs.create(key, np.array(["wu-qi-2014"], dtype=object), dtype=TEXT)
+        case = file.create_dataset("case", data="[bond]\n", dtype=TEXT)
+        case.attrs["path"] = f"cases/{name}.toml"
+        case.attrs.create("overrides", np.array(["bond.reach=1.5"], dtype=object), dtype=TEXT)
+        write_rows(file, "plan/built", [dict(module="bond", what="fene-lj", memory_bytes=40)])
+        write_rows(file, "plan/left_out", [dict(module="fluid", why="not named")])
+        file.create_group("provenance").attrs.update(
+            dict(version="0.1", revision="abc123", compiler="GNU 12", machine="x86_64", threads=2, date="2025-01-01")
+        )
+        for record, columns in records:
+            write_table(file, f"records/{record}", columns)
+        write_rows(file, "metrics", [dict(name="young_modulus", value=1.0, dimension="M L^-1 T^-2", meaning="E")])
+        write_rows(file, "checks", list(checks))
+        write_rows(file, "timing", [dict(phase="run", wall_seconds=0.5, cpu_seconds=0.5)])
+
+
+def run(*arguments):
+    return subprocess.run([sys.executable, "-B", REPORT, *arguments], capture_output=True, text=True)
+
+
+class WrittenReport(unittest.TestCase):
+    """One page about one folder, looked at from all sides: drawing takes most of the time."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.scratch = tempfile.TemporaryDirectory()
+        cls.folder = Path(cls.scratch.name)
+        strain = np.linspace(-0.1, 0.4, 26)
+        curve = dict(strain=strain, stress=strain * (1 - strain))
+        write_result(cls.folder, "derive-one", "pass", [CHECK, REFUTED], title="<script>alert(1)</script>")
+        records = [("stress_strain", curve), ("own", curve), ("kinks", dict(strain=[0.168], jump=[-0.059]))]
+        write_result(cls.folder, "tensile-two", "fail", [CHECK, FAILED], records=records)
+        failure = dict(error_kind="NumericalFailure", error_message="step 3: bond < at its limit")
+        write_result(cls.folder, "broken-run", "error", **failure)
+        whole = (cls.folder / "derive-one.h5").read_bytes()
+        (cls.folder / "truncated.h5").write_bytes(whole[: len(whole) // 2])
+        (cls.folder / "not-hdf5.h5").write_text("text")
+        with h5py.File(cls.folder / "other.h5", "w") as file:
+            file.attrs["format"] = "something-else"
+        with h5py.File(cls.folder / "newer.h5", "w") as file:
+            file.attrs.update(dict(format="veriflex-result", schema=99))
+        with h5py.File(cls.folder / "lacking.h5", "w") as file:
+            file.attrs.update(dict(format="veriflex-result", schema=1))
+        cls.ran = run(cls.folder)
+        cls.page = (cls.folder / "report.html").read_text(encoding="utf-8")
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.scratch.cleanup()
+
+    def test_succeeds_whatever_the_verdicts_and_names_the_page_last(self):
+        self.assertEqual(self.ran.returncode, 0, self.ran.stderr)
+        self.assertEqual(self.ran.stdout.splitlines()[-1], str(self.folder / "report.html"))
+        self.assertIn("8 cases: 1 pass, 1 fail, 6 error (5 unreadable)", self.ran.stdout)
+
+    def test_page_needs_nothing_from_outside(self):
+        self.assertNotRegex(self.page, r"""(?:src|href)\s*=\s*["'](?!#)""")
+        self.assertNotRegex(self.page, r"@import|url\((?!#)|<img|<link|<script")
+
+    def test_page_states_every_verdict(self):
+        for word in ("pass", "fail", "error", "refuted: finding", "error: unreadable"):
+            self.assertRegex(self.page, rf"</span> {word}</span>")
+
+    def test_refuted_claim_shows_both_numbers_in_full(self):
+        self.assertIn('title="1021.1439"', self.page)
+        self.assertIn('title="1021.1862965340421"', self.page)
+
+    def test_unreadable_files_are_rows_that_name_file_and_remedy(self):
+        for name in ("truncated.h5", "not-hdf5.h5", "other.h5", "newer.h5", "lacking.h5"):
+            self.assertIn(f'<span class="id">{name}</span>', self.page)
+            self.assertRegex(self.ran.stderr, rf"{name}: .+ \(.+\)\. .+")
+
+    def test_text_of_files_is_escaped(self):
+        self.assertIn("&lt;script&gt;alert(1)&lt;/script&gt;", self.page)
+        self.assertIn("bond &lt; at its limit", self.page)
+
+    def test_ids_are_unique_and_every_link_has_a_target(self):
+        ids = re.findall(r'\sid="([^"]+)"', self.page)
+        self.assertEqual(len(ids), len(set(ids)))
+        self.assertLessEqual(set(re.findall(r'href="#([^"]+)"', self.page)), set(ids))
+        self.assertLessEqual(set(re.findall(r"url\(#([^)]+)\)", self.page)), set(ids))
+
+    def test_known_and_unknown_records_are_drawn(self):
+        self.assertEqual(self.page.count("<svg"), 2)
+
+    def test_record_too_short_for_a_figure_is_a_table(self):
+        self.assertRegex(self.page, r'title="-0.059"')
+
+    def test_same_input_gives_the_same_page(self):
+        again = self.folder / "again.html"
+        self.assertEqual(run(self.folder, "--out", again).returncode, 0)
+        self.assertEqual(again.read_text(encoding="utf-8"), self.page)
+
+
+class RefusedReport(unittest.TestCase):
+    def test_missing_folder_empty_folder_and_bad_usage(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for arguments in ([f"{folder}/absent"], [folder], [], [folder, "--colour"]):
+                ran = run(*arguments)
+                self.assertEqual(ran.returncode, 2, arguments)
+                self.assertNotIn("Traceback", ran.stderr)
+
+    def test_unwritable_output_leaves_nothing_behind(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "one", "pass")
+            ran = run(folder, "--out", f"{folder}/absent/report.html")
+            self.assertEqual(ran.returncode, 4)
+            self.assertRegex(ran.stderr, r"report.html: cannot be written \(.+\)\. ")
+            blocked = Path(folder, "blocked.html")
+            blocked.mkdir()
+            self.assertEqual(run(folder, "--out", blocked).returncode, 4)
+            self.assertEqual(sorted(path.name for path in Path(folder).iterdir()), ["blocked.html", "one.h5"])
+
+
+if __name__ == "__main__":
+    unittest.main()
