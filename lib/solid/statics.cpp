@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -37,10 +38,12 @@ struct Freedom {
     }
     return free;
   }
-  void add(Positions& all, const Eigen::VectorXd& free, double scale) const {
+  Positions scatter(const Eigen::VectorXd& free, double scale) const {
+    Positions all = Positions::Zero(3, number.size() / 3);
     for (Eigen::Index i = 0; i < number.size(); ++i) {
-      if (number[i] >= 0) all.data()[i] += scale * free[number[i]];
+      if (number[i] >= 0) all.data()[i] = scale * free[number[i]];
     }
+    return all;
   }
 };
 
@@ -102,6 +105,25 @@ double longest_bond(const Network& network, const Positions& u) {
   return longest;
 }
 
+// Whether no bond, anywhere on the straight way from u to u + step, comes nearer to a limit of the law than a twentieth
+// of its present distance. The way counts, not its end: a node must not jump through its neighbour.
+template <bond::BondLaw Law>
+bool keeps_clear(const Law& law, const Network& network, const Positions& u, const Positions& step) {
+  const auto [lo, hi] = law.domain();
+  for (const Bond& bond : network.bonds) {
+    const Vec3 from = deformed(bond, u);
+    const Vec3 change = step.col(bond.second) - step.col(bond.first);
+    const double squared = change.squaredNorm();
+    const double nearest = squared > 0.0 ? std::clamp(-from.dot(change) / squared, 0.0, 1.0) : 0.0;
+    const double least = (from + nearest * change).norm();
+    const double largest = std::max(from.norm(), (from + change).norm());
+    const double r = from.norm();
+    if (!(least - lo >= 0.05 * (r - lo))) return false;
+    if (std::isfinite(hi) && !(hi - largest >= 0.05 * (hi - r))) return false;
+  }
+  return true;
+}
+
 template <bond::BondLaw Law>
 Equilibrium solve(const Law& law, const Network& network, Positions u, const Held& held, const Positions& load) {
   if (!all_admitted(law, network, u)) {
@@ -155,9 +177,9 @@ Equilibrium solve(const Law& law, const Network& network, Positions u, const Hel
                                            "the largest tension)",
                                            iteration, size(g) / scale_of_force));
       }
-      Positions next = u;
-      freedom.add(next, step, scale);
-      if (!all_admitted(law, network, next)) continue;
+      const Positions move = freedom.scatter(step, scale);
+      if (!keeps_clear(law, network, u, move)) continue;
+      const Positions next = u + move;
       const Eigen::VectorXd g_next = out_of_balance(next);
       // Near the solution the energy no longer resolves the step, the force does.
       if (size(g_next) < 0.9 * size(g) || size(g) <= rounding || potential(next) < potential(u) + 1e-4 * scale * slope) {

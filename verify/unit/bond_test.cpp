@@ -1,0 +1,230 @@
+#include <cmath>
+
+#include "base/error.hpp"
+#include "bond/derive.hpp"
+#include "catch.hpp"
+
+using namespace veriflex;
+using namespace veriflex::bond;
+
+namespace {
+
+AnyLaw fene_lj(double depth, double diameter, std::optional<double> attraction = {}, std::optional<double> reach = {},
+               std::optional<double> cutoff = {}) {
+  return make_law("fene-lj", [=](const std::string& name) -> std::optional<double> {
+    if (name == "depth") return depth;
+    if (name == "diameter") return diameter;
+    if (name == "attraction") return attraction;
+    if (name == "reach") return reach;
+    return cutoff;
+  });
+}
+
+std::vector<AnyLaw> examples() {
+  return {Harmonic{2.5, 0.8}, ShiftedFene{2.5, 0.8, 0.3}, fene_lj(1.0, 1.0), fene_lj(0.3, 1.7, 9.0, 2.2, infinity),
+          fene_lj(1.0, 1.0, 30.0, 1.5, 1.3)};
+}
+
+// Lengths all over the domain, away from its ends and the kinks.
+std::vector<double> lengths(const AnyLaw& law) {
+  const double rest = derive(law).rest_length;
+  const Interval d = domain(law);
+  const double lo = std::max(d.lo, 0.7 * rest);
+  const double hi = std::min(d.hi, 2.0 * rest);
+  std::vector<double> all;
+  for (int i = 1; i < 20; ++i) all.push_back(lo + (hi - lo) * (0.05 * i + 0.003));
+  return all;
+}
+
+bool same_bits(double a, double b) { return a == b && std::signbit(a) == std::signbit(b); }
+
+}  // namespace
+
+TEST_CASE("Tension is the derivative of the energy, stiffness that of the tension") {
+  for (const AnyLaw& law : examples()) {
+    for (const double r : lengths(law)) {
+      INFO(name_of(law) << " at r = " << r);
+      const double width = 1e-4 * r;
+      const Derivative t = central_derivative([&](double x) { return energy(law, x); }, r, width);
+      const Derivative k = central_derivative([&](double x) { return tension(law, x); }, r, width);
+      const double scale = stiffness(law, derive(law).rest_length);
+      CHECK(std::abs(t.value - tension(law, r)) <= 10.0 * t.error + 1e-9 * scale * r);
+      CHECK(std::abs(k.value - stiffness(law, r)) <= 10.0 * k.error + 1e-9 * scale);
+    }
+  }
+}
+
+TEST_CASE("A law is defined inside its domain and nowhere else") {
+  const FeneLj fene = std::get<FeneLj>(fene_lj(1.0, 1.0));
+  CHECK(admits(fene, std::nextafter(1.5, 0.0)));
+  CHECK_FALSE(admits(fene, 1.5));
+  CHECK_FALSE(admits(fene, 0.0));
+  CHECK_FALSE(admits(fene, std::nan("")));
+  CHECK(admits(Harmonic{1.0, 1.0}, 1e300));
+  CHECK_FALSE(admits(Harmonic{1.0, 1.0}, 0.0));
+  CHECK_FALSE(admits(ShiftedFene{1.0, 1.0, 0.5}, 0.5));
+  CHECK_FALSE(admits(ShiftedFene{1.0, 1.0, 2.0}, 0.0));  // D > r0: a length is still positive
+}
+
+TEST_CASE("The energy of the FENE-LJ bond is continuous at the cut-off, and zero with the paper's default there") {
+  const FeneLj b = std::get<FeneLj>(fene_lj(1.0, 1.0));
+  CHECK(b.energy(std::nextafter(b.cutoff, 0.0)) == Approx(b.energy(b.cutoff)).epsilon(1e-14));
+  const double fene_alone = -0.5 * 30.0 * 2.25 * std::log(1.0 - b.cutoff * b.cutoff / 2.25);
+  CHECK(b.energy(b.cutoff) == Approx(fene_alone).epsilon(1e-14));
+}
+
+TEST_CASE("The rest state of the paper's bond has the exact values") {
+  const Derivation d = derive(fene_lj(1.0, 1.0));
+  CHECK(d.rest_length == Approx(0.960897198959255419480617).epsilon(1e-14));
+  CHECK(d.stiffness == Approx(981.255051955136331316).epsilon(1e-14));
+  CHECK(d.force_per_strain == Approx(942.885230888308949149).epsilon(1e-14));
+  CHECK(d.young_modulus == Approx(1021.186296534041763399).epsilon(1e-14));
+  CHECK(*d.stiffness_over_attraction == Approx(32.7085).epsilon(1e-6));
+  CHECK(*d.strain_at_reach == Approx(0.561041).epsilon(1e-6));
+  REQUIRE(d.kinks.size() == 1);
+  CHECK(std::abs(d.kinks[0].tension_jump) < 1e-12);
+  CHECK(d.kinks[0].tangent_below == Approx(0.30455).epsilon(1e-4));
+  CHECK(d.min_tangent_ratio == Approx(0.24631).epsilon(1e-5));
+  CHECK(d.min_tangent_strain == Approx(0.16814).epsilon(1e-5));
+  const Derivation tight = derive(fene_lj(1.0, 1.0, 40.0, 1.35));
+  CHECK(tight.rest_length == Approx(0.938137323331196937928462).epsilon(1e-14));
+}
+
+TEST_CASE("At the rest length no double is nearer to zero tension") {
+  for (const AnyLaw& law : examples()) {
+    const double r = derive(law).rest_length;
+    CHECK(std::abs(tension(law, r)) <= std::abs(tension(law, std::nextafter(r, 0.0))));
+    CHECK(std::abs(tension(law, r)) <= std::abs(tension(law, std::nextafter(r, 2.0 * r))));
+  }
+}
+
+TEST_CASE("Scaling eta and sigma by powers of two changes no dimensionless result by a bit") {
+  const Derivation unit = derive(fene_lj(1.0, 1.0));
+  for (const int energy_power : {-40, -3, 0, 1, 39}) {
+    for (const int length_power : {-20, 0, 7}) {
+      const double eta = std::ldexp(1.0, energy_power);
+      const double sigma = std::ldexp(1.0, length_power);
+      const Derivation d = derive(fene_lj(eta, sigma));
+      INFO("eta = " << eta << ", sigma = " << sigma);
+      CHECK(same_bits(d.rest_length / sigma, unit.rest_length));
+      CHECK(same_bits(d.stiffness * sigma * sigma / eta, unit.stiffness));
+      CHECK(same_bits(d.young_modulus * sigma * sigma * sigma / eta, unit.young_modulus));
+      CHECK(same_bits(*d.stiffness_over_attraction, *unit.stiffness_over_attraction));
+      CHECK(same_bits(*d.strain_at_reach, *unit.strain_at_reach));
+      CHECK(same_bits(d.min_tangent_ratio, unit.min_tangent_ratio));
+      CHECK(same_bits(d.min_tangent_strain, unit.min_tangent_strain));
+      for (std::size_t i = 0; i < d.validity.size(); ++i) {
+        CHECK(same_bits(d.validity[i].secant.lo, unit.validity[i].secant.lo));
+        CHECK(same_bits(d.validity[i].secant.hi, unit.validity[i].secant.hi));
+        CHECK(same_bits(d.validity[i].tangent.lo, unit.validity[i].tangent.lo));
+        CHECK(same_bits(d.validity[i].tangent.hi, unit.validity[i].tangent.hi));
+      }
+    }
+  }
+}
+
+TEST_CASE("The derivation holds for any size of eta and sigma") {
+  const Derivation unit = derive(fene_lj(1.0, 1.0));
+  for (const double eta : {1e-12, 3.7e-5, 0.000287, 1.9, 1e12}) {
+    for (const double sigma : {1e-6, 1.0407, 3e5}) {
+      const Derivation d = derive(fene_lj(eta, sigma));
+      CHECK(d.rest_length / sigma == Approx(unit.rest_length).epsilon(1e-15));
+      CHECK(d.young_modulus / eta * sigma * sigma * sigma == Approx(unit.young_modulus).epsilon(1e-14));
+    }
+  }
+}
+
+TEST_CASE("Calibration inverts derivation for every law") {
+  for (const AnyLaw& prototype : examples()) {
+    for (const double young : {1e-9, 0.26, 1021.0, 1e8}) {
+      for (const double spacing : {0.01, 1.0, 12.5}) {
+        const Calibration c = calibrate(prototype, young, spacing, 0.3);
+        const Derivation d = derive(c.law);
+        CHECK(std::abs(d.young_modulus / young - 1.0) <= 1e-13);
+        CHECK(std::abs(d.rest_length / spacing - 1.0) <= 1e-14);
+        CHECK(c.angle_stiffness == Approx(young * spacing * spacing * spacing / 10.4).epsilon(1e-14));
+        CHECK(d.validity[0].secant.hi == Approx(derive(prototype).validity[0].secant.hi).epsilon(1e-10));
+      }
+    }
+  }
+}
+
+TEST_CASE("The paper's filament, calibrated: sigma, eta and k_a for E = 0.26, nu = 0.3 at spacing 1") {
+  const Calibration c = calibrate(fene_lj(1.0, 1.0), 0.26, 1.0, 0.3);
+  CHECK(std::get<FeneLj>(c.law).diameter == Approx(1.040694052478347).epsilon(1e-14));
+  CHECK(std::get<FeneLj>(c.law).depth == Approx(2.86970720062559e-4).epsilon(1e-13));
+  CHECK(c.angle_stiffness == Approx(0.025).epsilon(1e-15));
+}
+
+TEST_CASE("Validity ranges: every strain inside keeps the tolerance, the next outside does not") {
+  for (const AnyLaw& law : examples()) {
+    const Derivation d = derive(law);
+    for (const Validity& v : d.validity) {
+      const auto secant_error = [&](double strain) {
+        return std::abs(tension(law, d.rest_length * (1.0 + strain)) / (d.force_per_strain * strain) - 1.0);
+      };
+      const auto tangent_error = [&](double strain) {
+        return std::abs(stiffness(law, d.rest_length * (1.0 + strain)) / d.stiffness - 1.0);
+      };
+      INFO(name_of(law) << ", tolerance " << v.tolerance);
+      for (const double end : {v.secant.lo, v.secant.hi}) {
+        if (!std::isfinite(end) || end == -1.0) continue;
+        for (const double part : {0.1, 0.5, 0.9, 0.999}) CHECK(secant_error(part * end) < v.tolerance);
+        CHECK(secant_error(1.001 * end) > v.tolerance);
+      }
+      for (const double end : {v.tangent.lo, v.tangent.hi}) {
+        if (!std::isfinite(end) || end == -1.0) continue;
+        for (const double part : {0.1, 0.5, 0.9, 0.999}) CHECK(tangent_error(part * end) < v.tolerance);
+        CHECK(tangent_error(1.001 * end) > v.tolerance);
+      }
+    }
+  }
+}
+
+TEST_CASE("A harmonic bond is linear without limit, its lower end a bond of no length") {
+  const Derivation d = derive(Harmonic{0.26, 1.0});
+  CHECK(d.rest_length == 1.0);
+  CHECK(d.young_modulus == 0.26);
+  CHECK_FALSE(d.strain_at_reach.has_value());
+  CHECK_FALSE(d.stiffness_over_attraction.has_value());
+  CHECK(d.validity[0].secant.lo == -1.0);
+  CHECK(std::isinf(d.validity[0].secant.hi));
+}
+
+TEST_CASE("Secant ratios of the FENE-LJ bond at the strains usually quoted") {
+  const AnyLaw law = fene_lj(1.0, 1.0);
+  const Derivation d = derive(law);
+  const auto secant = [&](double strain) {
+    return tension(law, d.rest_length * (1.0 + strain)) / (d.force_per_strain * strain);
+  };
+  for (const auto& [strain, ratio] : {std::pair{-0.01, 1.070}, {0.01, 0.937}, {0.05, 0.744}, {0.10, 0.593}, {0.30, 0.432},
+                                      {-0.05, 1.445}, {-0.10, 2.248}}) {
+    CHECK(secant(strain) == Approx(ratio).margin(5e-4));
+  }
+}
+
+TEST_CASE("Laws without sense are refused by the name of the parameter") {
+  const auto parameter_of = [](const auto& make) -> std::string {
+    try {
+      derive(make());
+    } catch (const BadParameter& bad) {
+      return bad.parameter;
+    }
+    return "";
+  };
+  CHECK(parameter_of([] { return fene_lj(-1.0, 1.0); }) == "depth");
+  CHECK(parameter_of([] { return fene_lj(1.0, 0.0); }) == "diameter");
+  CHECK(parameter_of([] { return fene_lj(1.0, 1.0, std::nan("")); }) == "attraction");
+  CHECK(parameter_of([] { return fene_lj(1.0, 1.0, 30.0, infinity); }) == "reach");
+  CHECK(parameter_of([] { return fene_lj(1.0, 1.0, 30.0, 1.5, 0.5); }) == "cutoff");
+  CHECK(parameter_of([] { return make_law("fene", [](const std::string&) { return 1.0; }); }) == "law");
+  CHECK(parameter_of([] { return make_law("harmonic", [](const std::string&) { return std::nullopt; }); }) ==
+        "bond_stiffness");
+}
+
+TEST_CASE("Dimensions are written in mass, length and time") {
+  CHECK(to_string(Dimension{1, 0}) == "M L^2 T^-2");
+  CHECK(to_string(Dimension{1, -2}) == "M T^-2");
+  CHECK(to_string(Dimension{0, 1}) == "L");
+  CHECK(to_string(Dimension{0, 0}) == "1");
+}
