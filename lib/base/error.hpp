@@ -24,8 +24,8 @@ class InputError : public std::runtime_error {
   InputError(const Place& place, std::string_view problem, std::string_view why, std::string_view suggestion);
 };
 
-/// A parameter of a physical model outside its meaning, by name: the reader that knows where the value was written
-/// turns it into an InputError.
+/// A parameter of a physical model outside its meaning, by name: the reader that knows where the value was
+/// written turns it into an InputError.
 struct BadParameter : std::invalid_argument {
   BadParameter(std::string_view parameter, std::string_view problem, std::string_view why,
                std::string_view suggestion);

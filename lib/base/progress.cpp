@@ -9,7 +9,10 @@
 namespace veriflex {
 
 Progress::Progress(std::string label)
-    : label_(std::move(label)), terminal_(isatty(STDERR_FILENO) == 1), phase_start_(Clock::now()), last_(phase_start_) {}
+    : label_(std::move(label)),
+      terminal_(isatty(STDERR_FILENO) == 1),
+      phase_start_(Clock::now()),
+      last_(phase_start_) {}
 
 Progress::~Progress() {
   if (shown_) fmt::print(stderr, "\r\033[K");
@@ -28,7 +31,8 @@ void Progress::show(const std::string& phase, std::size_t done, std::size_t tota
   std::string left = "?";
   if (done > 0) {
     const double seconds = std::chrono::duration<double>(now - phase_start_).count();
-    const auto rest = static_cast<long>(seconds * static_cast<double>(total - done) / static_cast<double>(done));
+    const auto rest =
+        static_cast<long>(seconds * static_cast<double>(total - done) / static_cast<double>(done));
     left = fmt::format("{}:{:02}", rest / 60, rest % 60);
   }
   fmt::print(stderr, "\r\033[K{}: {} {}/{}, {} left", label_, phase, done, total, left);

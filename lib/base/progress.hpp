@@ -6,8 +6,8 @@
 
 namespace veriflex {
 
-/// Shows `label: done/total, m:ss left` on standard error at most a few times a second, and only where that is a terminal.
-/// Safe to call from several threads when calls are serialised by the caller.
+/// Shows `label: done/total, m:ss left` on standard error at most a few times a second, and only where that
+/// is a terminal. Safe to call from several threads when calls are serialised by the caller.
 class Progress {
  public:
   explicit Progress(std::string label);

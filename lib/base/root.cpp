@@ -22,8 +22,8 @@ double call(double x, void* f) { return (*static_cast<const Function*>(f))(x); }
 
 gsl_function wrap(const Function& f) { return {&call, const_cast<Function*>(&f)}; }
 
-// Brent's method needs about 10 evaluations; bisection to the last bit needs about 60 for a bracket of ordinary
-// width. Both are far below this.
+// Brent's method needs about 10 evaluations; bisection to the last bit needs about 60 for a bracket of
+// ordinary width. Both are far below this.
 constexpr int most_iterations = 400;
 
 }  // namespace
@@ -47,8 +47,7 @@ double bracketed_root(const Function& f, double lo, double hi) {
     if (same_bracket && before == gsl_root_fsolver_root(solver.get())) break;
   }
   if (status != GSL_SUCCESS) {
-    throw NumericalFailure(
-        fmt::format("no root found between {} and {} ({})", lo, hi, gsl_strerror(status)));
+    throw NumericalFailure(fmt::format("no root found between {} and {} ({})", lo, hi, gsl_strerror(status)));
   }
   return gsl_root_fsolver_root(solver.get());
 }

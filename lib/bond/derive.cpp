@@ -53,8 +53,8 @@ double rest_length(const Law& law) {
                        "A cut-off must lie above the rest length");
   }
   if (!(law.stiffness(r) > 0.0) || !std::isfinite(law.stiffness(r) / r)) {
-    throw NumericalFailure(fmt::format("bond law {}: stiffness {} at r = {} is not positive and finite", Law::name,
-                                       law.stiffness(r), r));
+    throw NumericalFailure(fmt::format("bond law {}: stiffness {} at r = {} is not positive and finite",
+                                       Law::name, law.stiffness(r), r));
   }
   return r;
 }
@@ -73,8 +73,8 @@ std::vector<double> kink_lengths(const Law& law) {
 
 double below(double r) { return std::nextafter(r, 0.0); }
 
-// The smooth pieces of the law between rest and `end` (either side), in the order they are met going outwards.
-// Each is closed and lies strictly inside the law's domain and on one side of every kink.
+// The smooth pieces of the law between rest and `end` (either side), in the order they are met going
+// outwards. Each is closed and lies strictly inside the law's domain and on one side of every kink.
 template <BondLaw Law>
 std::vector<Interval> pieces_from_rest(const Law& law, double rest, double end) {
   std::vector<Interval> pieces;
@@ -99,10 +99,11 @@ std::vector<Interval> pieces_from_rest(const Law& law, double rest, double end) 
   return pieces;
 }
 
-// The first length, going outwards from rest, at which |ratio - 1| exceeds the tolerance; the end of the domain if
-// it never does.
+// The first length, going outwards from rest, at which |ratio - 1| exceeds the tolerance; the end of the
+// domain if it never does.
 template <BondLaw Law>
-double first_departure(const Law& law, double rest, double domain_end, double tolerance, const Function& ratio) {
+double first_departure(const Law& law, double rest, double domain_end, double tolerance,
+                       const Function& ratio) {
   const double end = std::isfinite(domain_end) ? domain_end : rest * (1.0 + largest_strain);
   const Function excess = [&](double r) { return std::abs(ratio(r) - 1.0) - tolerance; };
   for (const Interval& piece : pieces_from_rest(law, rest, end)) {
@@ -139,14 +140,15 @@ struct Least {
 template <BondLaw Law>
 Least least_tangent_in_tension(const Law& law, double rest, double k0) {
   const auto ratio = [&](double r) { return law.stiffness(r) / k0; };
-  const double end =
-      std::isfinite(law.domain().hi) ? law.domain().hi : rest * (1.0 + largest_strain);
+  const double end = std::isfinite(law.domain().hi) ? law.domain().hi : rest * (1.0 + largest_strain);
   Least least{1.0, 0.0};
   const auto consider = [&](double r) {
     if (ratio(r) < least.ratio) least = {ratio(r), (r - rest) / rest};
   };
   for (const auto& [lo, hi] : pieces_from_rest(law, rest, end)) {
-    const auto point = [&, a = lo, b = hi](int i) { return i == scan_cells ? b : a + (b - a) * i / scan_cells; };
+    const auto point = [&, a = lo, b = hi](int i) {
+      return i == scan_cells ? b : a + (b - a) * i / scan_cells;
+    };
     for (int i = 0; i <= scan_cells; ++i) {
       consider(point(i));
       const bool dips = i > 0 && i < scan_cells && ratio(point(i)) < ratio(point(i - 1)) &&
@@ -222,7 +224,8 @@ Calibration calibrate(const AnyLaw& prototype, double young, double spacing, dou
   require_positive("spacing", spacing);
   if (!(poisson > -1.0) || !std::isfinite(poisson)) {
     throw BadParameter("poisson", fmt::format("Poisson's ratio is {}", poisson),
-                       "the shear modulus E/(2 (1 + nu)) must be positive and finite", "Give a number above -1");
+                       "the shear modulus E/(2 (1 + nu)) must be positive and finite",
+                       "Give a number above -1");
   }
   const Derivation of_prototype = derive(prototype);
   const double length = spacing / of_prototype.rest_length;

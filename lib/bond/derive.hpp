@@ -1,7 +1,9 @@
-/// What a bond law means for the solid built of it: rest length, stiffness, Young's modulus, and how far they hold.
-///                                                                         [wu-qi-2014, Eqs. 21-25, Appendix A]
-/// A cubic lattice of bonds with one chain per area r_eq^2 has, at rest, C11 = E = U''(r_eq)/r_eq and C12 = 0.
-/// Strain is r/r_eq - 1; stress is tension per undeformed area r_eq^2.
+/// What a bond law means for the solid built of it: rest length, stiffness, Young's modulus, and how far they
+/// hold.
+///                                                                         [wu-qi-2014, Eqs. 21-25, Appendix
+///                                                                         A]
+/// A cubic lattice of bonds with one chain per area r_eq^2 has, at rest, C11 = E = U''(r_eq)/r_eq and C12 =
+/// 0. Strain is r/r_eq - 1; stress is tension per undeformed area r_eq^2.
 #pragma once
 
 #include <optional>
@@ -12,8 +14,8 @@
 
 namespace veriflex::bond {
 
-/// Strains around 0 (connected) in which a modulus stays within `tolerance` of its value at rest. An end is the
-/// law's own limit (-1 for a length of zero, infinity) where no deviation occurs before it.
+/// Strains around 0 (connected) in which a modulus stays within `tolerance` of its value at rest. An end is
+/// the law's own limit (-1 for a length of zero, infinity) where no deviation occurs before it.
 struct Validity {
   double tolerance;
   Interval secant;   // stress / (E strain)
@@ -30,23 +32,24 @@ struct Kink {
 };
 
 struct Derivation {
-  double rest_length;       // r_eq: U'(r_eq) = 0               [L]
-  double stiffness;         // U''(r_eq)                        [M T^-2]
-  double force_per_strain;  // -dF/d(strain) = U''(r_eq) r_eq   [M L T^-2]
-  double young_modulus;     // E = U''(r_eq)/r_eq               [M L^-1 T^-2]
+  double rest_length;                               // r_eq: U'(r_eq) = 0               [L]
+  double stiffness;                                 // U''(r_eq)                        [M T^-2]
+  double force_per_strain;                          // -dF/d(strain) = U''(r_eq) r_eq   [M L T^-2]
+  double young_modulus;                             // E = U''(r_eq)/r_eq               [M L^-1 T^-2]
   std::optional<double> stiffness_over_attraction;  // U''(r_eq)/K for a law with an `attraction`  [1]
   std::optional<double> strain_at_reach;            // where the longest length is reached          [1]
-  double min_tangent_ratio;   // infimum of U''(r)/U''(r_eq) in tension, one-sided limits included  [1]
-  double min_tangent_strain;  // where                                                             [1]
-  std::vector<Kink> kinks;    // those in tension or compression that the domain contains
+  double min_tangent_ratio;        // infimum of U''(r)/U''(r_eq) in tension, one-sided limits included  [1]
+  double min_tangent_strain;       // where                                                             [1]
+  std::vector<Kink> kinks;         // those in tension or compression that the domain contains
   std::vector<Validity> validity;  // for 1, 5 and 10 %
-  Derivative stiffness_by_differences;  // gsl_deriv_central of the tension at r_eq, an independent check of U''
+  Derivative
+      stiffness_by_differences;  // gsl_deriv_central of the tension at r_eq, an independent check of U''
 };
 
 /// Rest length by bracketing and Brent's method, polished by Newton's to round-off; the rest follows from it.
 /// Scaling the law by powers of two changes no dimensionless result by a bit.
-/// Throws BadParameter when the law has no rest length (a cut-off below it), NumericalFailure when its numbers leave
-/// double precision.
+/// Throws BadParameter when the law has no rest length (a cut-off below it), NumericalFailure when its
+/// numbers leave double precision.
 Derivation derive(const AnyLaw& law);
 
 /// -dF/d(strain) and E if r were the rest length: what a rounded r_eq gives.
@@ -67,9 +70,9 @@ struct Calibration {
   Derivation derivation;   // of that law
 };
 
-/// The law shaped like `prototype` (given in any units) with Young's modulus `young` [M L^-1 T^-2] at rest length
-/// `spacing` [L], and the angle stiffness that gives the lattice the shear modulus G = 4 k_a/r0^3 = E/(2 (1 + nu)).
-/// nu is Poisson's ratio in the shear sense only: the lattice's lateral contraction is zero.
+/// The law shaped like `prototype` (given in any units) with Young's modulus `young` [M L^-1 T^-2] at rest
+/// length `spacing` [L], and the angle stiffness that gives the lattice the shear modulus G = 4 k_a/r0^3 =
+/// E/(2 (1 + nu)). nu is Poisson's ratio in the shear sense only: the lattice's lateral contraction is zero.
 /// Throws BadParameter (parameters "young", "spacing", "poisson").
 Calibration calibrate(const AnyLaw& prototype, double young, double spacing, double poisson);
 

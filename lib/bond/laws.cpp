@@ -31,10 +31,10 @@ Law make(const Lookup& given) {
     } else if (parameter.fallback != nullptr) {
       law.*parameter.member = parameter.fallback(law);
     } else {
-      throw MissingParameter(parameter.name, fmt::format("bond law {} lacks '{}'", Law::name, parameter.name),
-                         std::string(parameter.meaning),
-                         fmt::format("Give {} a value with dimension {}", parameter.name,
-                                     to_string(parameter.dimension)));
+      throw MissingParameter(
+          parameter.name, fmt::format("bond law {} lacks '{}'", Law::name, parameter.name),
+          std::string(parameter.meaning),
+          fmt::format("Give {} a value with dimension {}", parameter.name, to_string(parameter.dimension)));
     }
   }
   law.check();
@@ -68,7 +68,8 @@ std::vector<LawInfo> laws() {
   for_each_law([&all]<class Law>() {
     LawInfo info{std::string(Law::name), {}};
     for (const Parameter<Law>& p : Law::parameters) {
-      info.parameters.push_back({std::string(p.name), p.dimension, std::string(p.meaning), p.fallback == nullptr});
+      info.parameters.push_back(
+          {std::string(p.name), p.dimension, std::string(p.meaning), p.fallback == nullptr});
     }
     all.push_back(info);
   });

@@ -1,9 +1,10 @@
-/// FENE spring around its rest length: bounds over-extension and overlap alike.  [warner-1972 form; ESPResSo's "FENE"]
+/// FENE spring around its rest length: bounds over-extension and overlap alike.  [warner-1972 form;
+/// ESPResSo's "FENE"]
 ///
 ///   U(r) = -1/2 k D^2 ln(1 - ((r - r0)/D)^2)
 ///
-/// Defined for |r - r0| < D (and r > 0). Not in wu-qi-2014: the practical alternative to its Eq. 17. k is the stiffness at
-/// rest exactly, and the tangent has no odd term in the strain, so the linear range is wide.
+/// Defined for |r - r0| < D (and r > 0). Not in wu-qi-2014: the practical alternative to its Eq. 17. k is the
+/// stiffness at rest exactly, and the tangent has no odd term in the strain, so the linear range is wide.
 #pragma once
 
 #include <algorithm>

@@ -46,8 +46,8 @@ Positions gradient(const Law& law, const Network& network, const Positions& u) {
   return g;
 }
 
-/// Second derivatives of the energy as triplets over degrees of freedom 3 node + axis; entries of one pair may repeat and
-/// add up  [M T^-2].
+/// Second derivatives of the energy as triplets over degrees of freedom 3 node + axis; entries of one pair
+/// may repeat and add up  [M T^-2].
 template <bond::BondLaw Law>
 std::vector<Eigen::Triplet<double>> hessian(const Law& law, const Network& network, const Positions& u) {
   std::vector<Eigen::Triplet<double>> entries;

@@ -1,4 +1,5 @@
-/// The solid as a network: nodes on a cubic lattice and the bonds between nearest neighbours.   [wu-qi-2014, Sec. 2.2]
+/// The solid as a network: nodes on a cubic lattice and the bonds between nearest neighbours.   [wu-qi-2014,
+/// Sec. 2.2]
 #pragma once
 
 #include <array>
@@ -9,8 +10,8 @@
 
 namespace veriflex::solid {
 
-/// A block of n x m x l lattice nodes; its axis is z. One chain of nodes stands for a cross-section of spacing^2, so the
-/// section of the block is n m spacing^2 (not (n-1)(m-1) spacing^2).
+/// A block of n x m x l lattice nodes; its axis is z. One chain of nodes stands for a cross-section of
+/// spacing^2, so the section of the block is n m spacing^2 (not (n-1)(m-1) spacing^2).
 struct Block {
   std::array<std::int64_t, 3> nodes;  // n, m, l
   double spacing;                     // r0  [L]
@@ -26,8 +27,8 @@ struct Bond {
   Vec3 vector;                 // from first to second, undeformed  [L]
 };
 
-/// States of a network are displacements from `rest`: the length of a bond then carries the precision of a displacement,
-/// not that of a coordinate.
+/// States of a network are displacements from `rest`: the length of a bond then carries the precision of a
+/// displacement, not that of a coordinate.
 struct Network {
   Positions rest;  // undeformed positions  [L]
   std::vector<Bond> bonds;

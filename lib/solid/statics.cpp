@@ -83,12 +83,13 @@ Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
   const Eigen::Index negative = small > 0.0 ? eigenvalues_below(h, -small) : 0;
   const Eigen::Index zero = small > 0.0 ? eigenvalues_below(h, small) - negative : h.rows();
   const std::string where = fmt::format("at Newton step {} over {} free coordinates", iteration, h.rows());
-  if (negative > 0) throw NumericalFailure(fmt::format("unstable: {} negative, {} zero modes ({})", negative, zero, where));
+  if (negative > 0)
+    throw NumericalFailure(fmt::format("unstable: {} negative, {} zero modes ({})", negative, zero, where));
   throw NumericalFailure(fmt::format("mechanism: {} zero modes ({})", zero, where));
 }
 
-// The force that a residual is measured against: the largest tension, or what a strain of 1e-3 would give. (Below that
-// strain the rounding of a bond's length alone exceeds 1e-12 of its tension.)
+// The force that a residual is measured against: the largest tension, or what a strain of 1e-3 would give.
+// (Below that strain the rounding of a bond's length alone exceeds 1e-12 of its tension.)
 template <bond::BondLaw Law>
 double force_scale(const Law& law, const Network& network, const Positions& u) {
   double scale = 0.0;
@@ -105,8 +106,8 @@ double longest_bond(const Network& network, const Positions& u) {
   return longest;
 }
 
-// Whether no bond, anywhere on the straight way from u to u + step, comes nearer to a limit of the law than a twentieth
-// of its present distance. The way counts, not its end: a node must not jump through its neighbour.
+// Whether no bond, anywhere on the straight way from u to u + step, comes nearer to a limit of the law than a
+// twentieth of its present distance. The way counts, not its end: a node must not jump through its neighbour.
 template <bond::BondLaw Law>
 bool keeps_clear(const Law& law, const Network& network, const Positions& u, const Positions& step) {
   const auto [lo, hi] = law.domain();
@@ -125,7 +126,8 @@ bool keeps_clear(const Law& law, const Network& network, const Positions& u, con
 }
 
 template <bond::BondLaw Law>
-Equilibrium solve(const Law& law, const Network& network, Positions u, const Held& held, const Positions& load) {
+Equilibrium solve(const Law& law, const Network& network, Positions u, const Held& held,
+                  const Positions& load) {
   if (!all_admitted(law, network, u)) {
     throw NumericalFailure(
         fmt::format("the start of a static solution has a bond outside the domain of {}", Law::name));
@@ -137,7 +139,9 @@ Equilibrium solve(const Law& law, const Network& network, Positions u, const Hel
   const auto potential = [&](const Positions& at) {
     return energy(law, network, at) - load.cwiseProduct(at).sum();
   };
-  const auto size = [](const Eigen::VectorXd& v) { return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>(); };
+  const auto size = [](const Eigen::VectorXd& v) {
+    return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+  };
 
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
@@ -150,14 +154,15 @@ Equilibrium solve(const Law& law, const Network& network, Positions u, const Hel
       factor.factorize(h);
       // A pivot is never larger than the eigenvalues allow: the smallest shows a zero or negative mode. Its
       // being small by itself is no proof (long chains have small pivots), so the count decides.
-      const bool suspicious = factor.info() != Eigen::Success ||
-                              !(factor.vectorD().minCoeff() > 100.0 * zero_mode * stiffest);
+      const bool suspicious =
+          factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 100.0 * zero_mode * stiffest);
       if (suspicious && (!(stiffest > 0.0) || eigenvalues_below(h, zero_mode * stiffest) > 0)) {
         fail_as_singular(h, iteration);
       }
     }
     const double scale_of_force = std::max(force_scale(law, network, u), load.cwiseAbs().maxCoeff());
-    // Bond lengths are rounded to epsilon times themselves and the displacements: forces cannot be balanced better.
+    // Bond lengths are rounded to epsilon times themselves and the displacements: forces cannot be balanced
+    // better.
     const double rounding = 2.0 * epsilon * (u.cwiseAbs().maxCoeff() + longest_bond(network, u)) * stiffest;
     const bool no_longer_helps = size(g) <= rounding && size(g) >= 0.5 * previous;
     previous = size(g);
@@ -173,16 +178,18 @@ Equilibrium solve(const Law& law, const Network& network, Positions u, const Hel
     double scale = 1.0;
     for (;; scale *= 0.5) {
       if (scale < 1e-12) {
-        throw NumericalFailure(fmt::format("static solution stuck at Newton step {} (out-of-balance force {} of "
-                                           "the largest tension)",
-                                           iteration, size(g) / scale_of_force));
+        throw NumericalFailure(
+            fmt::format("static solution stuck at Newton step {} (out-of-balance force {} of "
+                        "the largest tension)",
+                        iteration, size(g) / scale_of_force));
       }
       const Positions move = freedom.scatter(step, scale);
       if (!keeps_clear(law, network, u, move)) continue;
       const Positions next = u + move;
       const Eigen::VectorXd g_next = out_of_balance(next);
       // Near the solution the energy no longer resolves the step, the force does.
-      if (size(g_next) < 0.9 * size(g) || size(g) <= rounding || potential(next) < potential(u) + 1e-4 * scale * slope) {
+      if (size(g_next) < 0.9 * size(g) || size(g) <= rounding ||
+          potential(next) < potential(u) + 1e-4 * scale * slope) {
         u = next;
         g = g_next;
         break;

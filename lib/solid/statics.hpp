@@ -10,16 +10,16 @@ namespace veriflex::solid {
 using Held = Eigen::Matrix<bool, 3, Eigen::Dynamic>;
 
 struct Equilibrium {
-  Positions u;             // displacement  [L]
-  Positions reaction;      // force the holds exert on the network; zero where free  [M L T^-2]
-  int iterations;          // Newton steps
-  double residual;         // largest out-of-balance force over the largest bond tension  [1]
+  Positions u;         // displacement  [L]
+  Positions reaction;  // force the holds exert on the network; zero where free  [M L T^-2]
+  int iterations;      // Newton steps
+  double residual;     // largest out-of-balance force over the largest bond tension  [1]
 };
 
-/// Minimises energy(u) - sum load . u over the free coordinates by Newton's method with Eigen's sparse Cholesky
-/// factorisation, starting at the displacement u. A step is shortened until every bond stays inside its domain and the out-of-balance
-/// force or the energy falls. Converged at a residual of 1e-12, or when rounding keeps a further step from helping.
-/// Throws NumericalFailure:
+/// Minimises energy(u) - sum load . u over the free coordinates by Newton's method with Eigen's sparse
+/// Cholesky factorisation, starting at the displacement u. A step is shortened until every bond stays inside
+/// its domain and the out-of-balance force or the energy falls. Converged at a residual of 1e-12, or when
+/// rounding keeps a further step from helping. Throws NumericalFailure:
 ///   "mechanism: N zero modes"  the network can move without force (never regularised),
 ///   "unstable: N negative"     the state is no minimum,
 ///   start outside the law's domain, or no convergence.

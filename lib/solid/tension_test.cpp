@@ -37,8 +37,8 @@ Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_
   const std::int64_t section = block.nodes[0] * block.nodes[1];
   Held held = holds(block, lateral_held);
   held.row(z_axis).tail(section).setConstant(true);
-  // The start is deliberately not the uniform stretch that solves the problem, and no bond of it is strained more than 5 %
-  // further than that.
+  // The start is deliberately not the uniform stretch that solves the problem, and no bond of it is strained
+  // more than 5 % further than that.
   Positions u = Positions::Zero(3, block.node_count());
   const double length = block.length();
   for (Eigen::Index i = 0; i < u.cols(); ++i) {

@@ -13,8 +13,8 @@ struct Pulled {
   double residual;  // see Equilibrium
 };
 
-/// A block whose ends move apart (or together) to a given strain. With `lateral_held` the coordinates across the axis stay,
-/// otherwise only the rigid motions are removed. Throws NumericalFailure, see equilibrium().
+/// A block whose ends move apart (or together) to a given strain. With `lateral_held` the coordinates across
+/// the axis stay, otherwise only the rigid motions are removed. Throws NumericalFailure, see equilibrium().
 Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_held, double strain);
 
 /// A block under a dead load on its last section, which is free to move. As above.

@@ -23,13 +23,14 @@ struct DeriveStudy {
   std::optional<double> rounded_rest_length;  // a published, rounded r_eq to evaluate at  [L]
 };
 
-// Lengths from 25 % compression to just below the law's limit (or 60 % extension), rising; each kink appears twice, just
-// below it and at it.
+// Lengths from 25 % compression to just below the law's limit (or 60 % extension), rising; each kink appears
+// twice, just below it and at it.
 std::vector<double> sampled_lengths(const DeriveStudy& study) {
   const bond::Derivation& d = study.derivation;
   const Interval domain = bond::domain(study.law);
   const double lo = std::max(0.75 * d.rest_length, domain.lo + 0.02 * (d.rest_length - domain.lo));
-  const double hi = std::isfinite(domain.hi) ? domain.hi - 0.02 * (domain.hi - d.rest_length) : 1.6 * d.rest_length;
+  const double hi =
+      std::isfinite(domain.hi) ? domain.hi - 0.02 * (domain.hi - d.rest_length) : 1.6 * d.rest_length;
   constexpr int points = 400;
   std::vector<double> lengths;
   for (int i = 0; i <= points; ++i) lengths.push_back(lo + (hi - lo) * i / points);
@@ -45,14 +46,15 @@ std::vector<double> sampled_lengths(const DeriveStudy& study) {
 
 Record potential_record(const DeriveStudy& study) {
   const bond::Derivation& d = study.derivation;
-  Record record{"potential",
-                "Energy of one bond and its derivatives",
-                {{"length", "r", "L", "length of the bond", {}},
-                 {"strain", "", "1", "r/r_eq - 1", {}},
-                 {"energy", "U", "M L^2 T^-2", "energy of the bond", {}},
-                 {"tension", "U'", "M L T^-2", "dU/dr, positive when the bond pulls", {}},
-                 {"stiffness", "U''", "M T^-2", "d2U/dr2", {}},
-                 {"energy_harmonic", "", "M L^2 T^-2", "harmonic bond of the same rest length and stiffness", {}}}};
+  Record record{
+      "potential",
+      "Energy of one bond and its derivatives",
+      {{"length", "r", "L", "length of the bond", {}},
+       {"strain", "", "1", "r/r_eq - 1", {}},
+       {"energy", "U", "M L^2 T^-2", "energy of the bond", {}},
+       {"tension", "U'", "M L T^-2", "dU/dr, positive when the bond pulls", {}},
+       {"stiffness", "U''", "M T^-2", "d2U/dr2", {}},
+       {"energy_harmonic", "", "M L^2 T^-2", "harmonic bond of the same rest length and stiffness", {}}}};
   for (const double r : sampled_lengths(study)) {
     const double extension = r - d.rest_length;
     record.append({r, extension / d.rest_length, bond::energy(study.law, r), bond::tension(study.law, r),
@@ -108,12 +110,15 @@ std::vector<Metric> metrics_of(const DeriveStudy& study) {
     metrics.push_back({"stiffness_over_attraction", *d.stiffness_over_attraction, "1", "U''(r_eq)/K"});
   }
   if (d.strain_at_reach) {
-    metrics.push_back({"strain_at_reach", *d.strain_at_reach, "1", "strain at which the longest length is reached"});
+    metrics.push_back(
+        {"strain_at_reach", *d.strain_at_reach, "1", "strain at which the longest length is reached"});
   }
   if (!d.kinks.empty()) {
-    metrics.push_back({"tension_jump", d.kinks.front().tension_jump, "M L T^-2", "jump of dU/dr at the first kink"});
+    metrics.push_back(
+        {"tension_jump", d.kinks.front().tension_jump, "M L T^-2", "jump of dU/dr at the first kink"});
   }
-  metrics.push_back({"stiffness_deviation", std::abs(d.stiffness_by_differences.value / d.stiffness - 1.0), "1",
+  metrics.push_back({"stiffness_deviation", std::abs(d.stiffness_by_differences.value / d.stiffness - 1.0),
+                     "1",
                      "U''(r_eq) by differences of the tension (GSL), relative departure from the formula"});
   const bond::Derivation again = bond::calibrate(study.law, d.young_modulus, d.rest_length, 0.3).derivation;
   metrics.push_back({"round_trip_deviation", std::abs(again.young_modulus / d.young_modulus - 1.0), "1",
@@ -129,8 +134,8 @@ std::vector<Metric> metrics_of(const DeriveStudy& study) {
     const bond::AtLength at = bond::derive_at(study.law, *study.rounded_rest_length);
     metrics.push_back({"force_per_strain_at_rounded", at.force_per_strain, "M L T^-2",
                        "U''(r) r at the rounded rest length"});
-    metrics.push_back({"young_modulus_at_rounded", at.young_modulus, "M L^-1 T^-2",
-                       "U''(r)/r at the rounded rest length"});
+    metrics.push_back(
+        {"young_modulus_at_rounded", at.young_modulus, "M L^-1 T^-2", "U''(r)/r at the rounded rest length"});
   }
   return metrics;
 }
@@ -140,9 +145,10 @@ std::vector<Metric> metrics_of(const DeriveStudy& study) {
 engine::Study read_derive(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   DeriveStudy study{law, engine::read_derivation(top, law), {}};
-  std::vector<std::string> measures{"rest_length", "stiffness", "force_per_strain", "young_modulus",
-                                    "min_tangent_ratio", "min_tangent_strain", "stiffness_over_attraction",
-                                    "strain_at_reach", "tension_jump", "stiffness_deviation", "round_trip_deviation"};
+  std::vector<std::string> measures{
+      "rest_length",       "stiffness",           "force_per_strain",          "young_modulus",
+      "min_tangent_ratio", "min_tangent_strain",  "stiffness_over_attraction", "strain_at_reach",
+      "tension_jump",      "stiffness_deviation", "round_trip_deviation"};
   for (const int percent : {1, 5, 10}) {
     measures.push_back(fmt::format("secant_valid_to_{}pct", percent));
     measures.push_back(fmt::format("secant_valid_from_{}pct", percent));
@@ -151,7 +157,8 @@ engine::Study read_derive(const io::Section& top) {
     const io::Section table = top.table("derive");
     study.rounded_rest_length = table.number("rounded_rest_length");
     if (!bond::domain(study.law).contains(*study.rounded_rest_length)) {
-      table.fail("rounded_rest_length", fmt::format("'rounded_rest_length' is {}", *study.rounded_rest_length),
+      table.fail("rounded_rest_length",
+                 fmt::format("'rounded_rest_length' is {}", *study.rounded_rest_length),
                  "the bond law is not defined there", "Give a length inside the law's domain");
     }
     measures.insert(measures.end(), {"force_per_strain_at_rounded", "young_modulus_at_rounded"});

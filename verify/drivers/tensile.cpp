@@ -28,16 +28,16 @@ struct TensileStudy {
   bond::Derivation derivation;
   scene::SolidSpec solid;
   Control control;
-  std::vector<double> points;   // strains, or stresses under load control  [1] or [M L^-1 T^-2]
-  double modulus_strain;        // the largest strain of the modulus' differences  [1]
-  int modulus_levels;           // how often it is halved
+  std::vector<double> points;    // strains, or stresses under load control  [1] or [M L^-1 T^-2]
+  double modulus_strain;         // the largest strain of the modulus' differences  [1]
+  int modulus_levels;            // how often it is halved
   std::vector<double> sections;  // n of n x n sections whose modulus is compared
 
   bool lateral_held() const { return solid.lateral == scene::Lateral::held; }
 };
 
-// Calls pull(i) for i < count on all threads; each state is solved on its own, so the results do not depend on how many.
-// The error of the lowest i is rethrown, as it would be without threads.
+// Calls pull(i) for i < count on all threads; each state is solved on its own, so the results do not depend
+// on how many. The error of the lowest i is rethrown, as it would be without threads.
 template <class Pull>
 std::vector<Pulled> pull_all(std::size_t count, const std::string& phase, Progress& progress, Pull pull) {
   std::vector<Pulled> states(count);
@@ -64,9 +64,11 @@ Record stress_strain(const TensileStudy& study, Progress& progress) {
     try {
       return study.control == Control::displacement
                  ? solid::pull_to_strain(study.law, study.solid.block, study.lateral_held(), study.points[i])
-                 : solid::pull_with_stress(study.law, study.solid.block, study.lateral_held(), study.points[i]);
+                 : solid::pull_with_stress(study.law, study.solid.block, study.lateral_held(),
+                                           study.points[i]);
     } catch (const NumericalFailure& failure) {
-      throw NumericalFailure(fmt::format("at {} {}: {}", study.control == Control::displacement ? "strain" : "stress",
+      throw NumericalFailure(fmt::format("at {} {}: {}",
+                                         study.control == Control::displacement ? "strain" : "stress",
                                          study.points[i], failure.what()));
     }
   });
@@ -77,7 +79,11 @@ Record stress_strain(const TensileStudy& study, Progress& progress) {
                  {"secant_ratio", "", "1", "stress / (E strain)", {}},
                  {"tangent_ratio", "", "1", "U''(r)/U''(r_eq) at the mean bond length", {}},
                  {"iterations", "", "1", "Newton steps", {}},
-                 {"residual", "", "1", "largest out-of-balance force over the largest tension or that of a strain of 1e-3", {}}}};
+                 {"residual",
+                  "",
+                  "1",
+                  "largest out-of-balance force over the largest tension or that of a strain of 1e-3",
+                  {}}}};
   const bond::Derivation& d = study.derivation;
   for (const Pulled& state : states) {
     const double secant = state.strain == 0.0 ? std::numeric_limits<double>::quiet_NaN()
@@ -100,7 +106,8 @@ double richardson(std::vector<double> values) {
   double factor = 1.0;
   while (values.size() > 1) {
     factor *= 4.0;
-    for (std::size_t i = 0; i + 1 < values.size(); ++i) values[i] = (factor * values[i + 1] - values[i]) / (factor - 1.0);
+    for (std::size_t i = 0; i + 1 < values.size(); ++i)
+      values[i] = (factor * values[i + 1] - values[i]) / (factor - 1.0);
     values.pop_back();
   }
   return values.front();
@@ -108,10 +115,13 @@ double richardson(std::vector<double> values) {
 
 Differences modulus_at_rest(const TensileStudy& study, const Block& block, Progress& progress) {
   const auto levels = static_cast<std::size_t>(study.modulus_levels);
-  const auto strain = [&](std::size_t level) { return std::ldexp(study.modulus_strain, -static_cast<int>(level)); };
+  const auto strain = [&](std::size_t level) {
+    return std::ldexp(study.modulus_strain, -static_cast<int>(level));
+  };
   const std::vector<Pulled> states = pull_all(2 * levels + 1, "modulus", progress, [&](std::size_t i) {
     const double sign = i % 2 == 0 ? 1.0 : -1.0;
-    return solid::pull_to_strain(study.law, block, study.lateral_held(), i == 2 * levels ? 0.0 : sign * strain(i / 2));
+    return solid::pull_to_strain(study.law, block, study.lateral_held(),
+                                 i == 2 * levels ? 0.0 : sign * strain(i / 2));
   });
   const double at_rest = states.back().stress;
   Differences d{};
@@ -128,16 +138,19 @@ Differences modulus_at_rest(const TensileStudy& study, const Block& block, Progr
 }
 
 Record convergence(const Differences& d, double young_modulus) {
-  Record record{"convergence",
-                "Error of the modulus against the strain it is measured at",
-                {{"strain_step", "h", "1", "strain of the difference quotient", {}},
-                 {"error_one_sided", "", "1", "relative error of (stress(h) - stress(0))/h", {}},
-                 {"error_central", "", "1", "relative error of (stress(h) - stress(-h))/2h", {}},
-                 {"error_richardson", "", "1", "relative error extrapolated from this and all larger h", {}}}};
+  Record record{
+      "convergence",
+      "Error of the modulus against the strain it is measured at",
+      {{"strain_step", "h", "1", "strain of the difference quotient", {}},
+       {"error_one_sided", "", "1", "relative error of (stress(h) - stress(0))/h", {}},
+       {"error_central", "", "1", "relative error of (stress(h) - stress(-h))/2h", {}},
+       {"error_richardson", "", "1", "relative error extrapolated from this and all larger h", {}}}};
   for (std::size_t i = 0; i < d.strain.size(); ++i) {
-    const std::vector<double> so_far(d.central.begin(), d.central.begin() + static_cast<std::ptrdiff_t>(i) + 1);
+    const std::vector<double> so_far(d.central.begin(),
+                                     d.central.begin() + static_cast<std::ptrdiff_t>(i) + 1);
     record.append({d.strain[i], std::abs(d.one_sided[i] / young_modulus - 1.0),
-                   std::abs(d.central[i] / young_modulus - 1.0), std::abs(richardson(so_far) / young_modulus - 1.0)});
+                   std::abs(d.central[i] / young_modulus - 1.0),
+                   std::abs(richardson(so_far) / young_modulus - 1.0)});
   }
   return record;
 }
@@ -171,8 +184,9 @@ Observations run(const TensileStudy& study, Progress& progress, engine::Cost& co
   if (!study.points.empty()) {
     seen.records.push_back(stress_strain(study, progress));
     const std::vector<double>& residual = seen.records.back().find("residual")->values;
-    seen.metrics.push_back({"largest_residual", *std::max_element(residual.begin(), residual.end()), "1",
-                            "largest out-of-balance force over the largest tension or that of a strain of 1e-3, all states"});
+    seen.metrics.push_back(
+        {"largest_residual", *std::max_element(residual.begin(), residual.end()), "1",
+         "largest out-of-balance force over the largest tension or that of a strain of 1e-3, all states"});
     cost.finish("curve");
   }
   const Differences differences = modulus_at_rest(study, study.solid.block, progress);
@@ -184,7 +198,8 @@ Observations run(const TensileStudy& study, Progress& progress, engine::Cost& co
                           "relative departure of the bar's modulus from the bond law's"});
   for (const char* kind : {"one_sided", "central"}) {
     if (const auto p = order(seen.records.back().find(std::string("error_") + kind)->values)) {
-      seen.metrics.push_back({std::string("order_") + kind, *p, "1", "order of the error in the strain, last two levels"});
+      seen.metrics.push_back(
+          {std::string("order_") + kind, *p, "1", "order of the error in the strain, last two levels"});
     }
   }
   cost.finish("modulus");
@@ -209,38 +224,45 @@ engine::Study read_tensile(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const io::Section t = top.table("tensile");
-  TensileStudy study{.law = law,
-                     .derivation = derivation,
-                     .solid = engine::read_solid(top, derivation.rest_length),
-                     .control = t.choice("control", {"displacement", "load"}) == "load" ? Control::load : Control::displacement,
-                     .points = {},
-                     .modulus_strain = t.number("modulus_strain", 0.004),
-                     .modulus_levels = t.has("modulus_levels") ? static_cast<int>(t.integer("modulus_levels", 2, 12)) : 4,
-                     .sections = {}};
+  TensileStudy study{
+      .law = law,
+      .derivation = derivation,
+      .solid = engine::read_solid(top, derivation.rest_length),
+      .control =
+          t.choice("control", {"displacement", "load"}) == "load" ? Control::load : Control::displacement,
+      .points = {},
+      .modulus_strain = t.number("modulus_strain", 0.004),
+      .modulus_levels = t.has("modulus_levels") ? static_cast<int>(t.integer("modulus_levels", 2, 12)) : 4,
+      .sections = {}};
   const std::string points = study.control == Control::displacement ? "strains" : "stresses";
   if (t.has(points)) study.points = t.numbers(points);
   const Interval domain = bond::domain(law);
-  const auto admitted = [&](double strain) { return domain.contains(derivation.rest_length * (1.0 + strain)); };
+  const auto admitted = [&](double strain) {
+    return domain.contains(derivation.rest_length * (1.0 + strain));
+  };
   for (const double strain : study.control == Control::displacement ? study.points : std::vector<double>{}) {
     if (!admitted(strain)) {
       t.fail("strains", fmt::format("strain {} is outside the domain of {}", strain, bond::name_of(law)),
-             fmt::format("bond lengths must lie between {} and {}, the rest length is {}", domain.lo, domain.hi,
-                         derivation.rest_length),
+             fmt::format("bond lengths must lie between {} and {}, the rest length is {}", domain.lo,
+                         domain.hi, derivation.rest_length),
              "Leave that strain out");
     }
   }
   if (!(study.modulus_strain > 0.0) || !admitted(study.modulus_strain) || !admitted(-study.modulus_strain)) {
     t.fail("modulus_strain", fmt::format("'modulus_strain' is {}", study.modulus_strain),
-           "it must be positive, and bonds strained by it both ways inside the law's domain", "Use about 0.004");
+           "it must be positive, and bonds strained by it both ways inside the law's domain",
+           "Use about 0.004");
   }
   if (t.has("sections")) {
     for (const std::int64_t n : t.integers("sections")) {
-      if (n < 2 || n > 100) t.fail("sections", fmt::format("'sections' holds {}", n), "n x n sections with outer faces have 2 to 100 nodes a side", "Choose n from 2 to 100");
+      if (n < 2 || n > 100)
+        t.fail("sections", fmt::format("'sections' holds {}", n),
+               "n x n sections with outer faces have 2 to 100 nodes a side", "Choose n from 2 to 100");
       study.sections.push_back(static_cast<double>(n));
     }
   }
-  std::vector<std::string> measures{"young_modulus", "derived_young_modulus", "modulus_deviation", "order_one_sided",
-                                    "order_central"};
+  std::vector<std::string> measures{"young_modulus", "derived_young_modulus", "modulus_deviation",
+                                    "order_one_sided", "order_central"};
   if (!study.points.empty()) {
     measures.insert(measures.end(), {"largest_residual", "stress_strain.stress", "stress_strain.strain"});
   }

@@ -9,8 +9,8 @@ using namespace veriflex::bond;
 
 namespace {
 
-AnyLaw fene_lj(double depth, double diameter, std::optional<double> attraction = {}, std::optional<double> reach = {},
-               std::optional<double> cutoff = {}) {
+AnyLaw fene_lj(double depth, double diameter, std::optional<double> attraction = {},
+               std::optional<double> reach = {}, std::optional<double> cutoff = {}) {
   return make_law("fene-lj", [=](const std::string& name) -> std::optional<double> {
     if (name == "depth") return depth;
     if (name == "diameter") return diameter;
@@ -21,8 +21,8 @@ AnyLaw fene_lj(double depth, double diameter, std::optional<double> attraction =
 }
 
 std::vector<AnyLaw> examples() {
-  return {Harmonic{2.5, 0.8}, ShiftedFene{2.5, 0.8, 0.3}, fene_lj(1.0, 1.0), fene_lj(0.3, 1.7, 9.0, 2.2, infinity),
-          fene_lj(1.0, 1.0, 30.0, 1.5, 1.3)};
+  return {Harmonic{2.5, 0.8}, ShiftedFene{2.5, 0.8, 0.3}, fene_lj(1.0, 1.0),
+          fene_lj(0.3, 1.7, 9.0, 2.2, infinity), fene_lj(1.0, 1.0, 30.0, 1.5, 1.3)};
 }
 
 // Lengths all over the domain, away from its ends and the kinks.
@@ -66,7 +66,8 @@ TEST_CASE("A law is defined inside its domain and nowhere else") {
   CHECK_FALSE(admits(ShiftedFene{1.0, 1.0, 2.0}, 0.0));  // D > r0: a length is still positive
 }
 
-TEST_CASE("The energy of the FENE-LJ bond is continuous at the cut-off, and zero with the paper's default there") {
+TEST_CASE(
+    "The energy of the FENE-LJ bond is continuous at the cut-off, and zero with the paper's default there") {
   const FeneLj b = std::get<FeneLj>(fene_lj(1.0, 1.0));
   CHECK(b.energy(std::nextafter(b.cutoff, 0.0)) == Approx(b.energy(b.cutoff)).epsilon(1e-14));
   const double fene_alone = -0.5 * 30.0 * 2.25 * std::log(1.0 - b.cutoff * b.cutoff / 2.25);
@@ -197,8 +198,13 @@ TEST_CASE("Secant ratios of the FENE-LJ bond at the strains usually quoted") {
   const auto secant = [&](double strain) {
     return tension(law, d.rest_length * (1.0 + strain)) / (d.force_per_strain * strain);
   };
-  for (const auto& [strain, ratio] : {std::pair{-0.01, 1.070}, {0.01, 0.937}, {0.05, 0.744}, {0.10, 0.593}, {0.30, 0.432},
-                                      {-0.05, 1.445}, {-0.10, 2.248}}) {
+  for (const auto& [strain, ratio] : {std::pair{-0.01, 1.070},
+                                      {0.01, 0.937},
+                                      {0.05, 0.744},
+                                      {0.10, 0.593},
+                                      {0.30, 0.432},
+                                      {-0.05, 1.445},
+                                      {-0.10, 2.248}}) {
     CHECK(secant(strain) == Approx(ratio).margin(5e-4));
   }
 }

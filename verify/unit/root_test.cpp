@@ -23,7 +23,8 @@ TEST_CASE("A bracket without a change of sign is refused") {
 }
 
 TEST_CASE("A minimum is found to the square root of the precision") {
-  CHECK(bracketed_minimum([](double x) { return std::cosh(x - 0.3); }, -1.0, 0.0, 1.0) == Approx(0.3).margin(1e-7));
+  CHECK(bracketed_minimum([](double x) { return std::cosh(x - 0.3); }, -1.0, 0.0, 1.0) ==
+        Approx(0.3).margin(1e-7));
 }
 
 TEST_CASE("The central derivative estimates its own error") {

@@ -56,7 +56,8 @@ TEST_CASE("A block of n x m x l nodes has the nodes and bonds of a cubic lattice
 }
 
 TEST_CASE("Counts of absurd blocks saturate instead of overflowing") {
-  CHECK(Block{{1'000'000'000'000, 1'000'000'000'000, 2}, 1.0}.node_count() == std::numeric_limits<std::int64_t>::max());
+  CHECK(Block{{1'000'000'000'000, 1'000'000'000'000, 2}, 1.0}.node_count() ==
+        std::numeric_limits<std::int64_t>::max());
 }
 
 TEST_CASE("Forces are minus the gradient of the energy, and add up to no force and no torque") {
@@ -78,7 +79,8 @@ TEST_CASE("Forces are minus the gradient of the energy, and add up to no force a
       }
       CHECK(g.rowwise().sum().norm() <= 1e-13 * scale * static_cast<double>(g.cols()));
       Vec3 torque = Vec3::Zero();
-      for (Eigen::Index i = 0; i < g.cols(); ++i) torque += Vec3(network.rest.col(i) + u.col(i)).cross(Vec3(g.col(i)));
+      for (Eigen::Index i = 0; i < g.cols(); ++i)
+        torque += Vec3(network.rest.col(i) + u.col(i)).cross(Vec3(g.col(i)));
       CHECK(torque.norm() <= 1e-12 * scale * static_cast<double>(g.cols()));
     });
   }
@@ -101,7 +103,8 @@ TEST_CASE("The Hessian is the derivative of the gradient, and symmetric") {
         Positions down = u;
         up.data()[i] += step;
         down.data()[i] -= step;
-        const Positions difference = (gradient(law, network, up) - gradient(law, network, down)) / (2.0 * step);
+        const Positions difference =
+            (gradient(law, network, up) - gradient(law, network, down)) / (2.0 * step);
         CHECK((difference.reshaped() - h.col(i)).cwiseAbs().maxCoeff() <= 1e-6 * scale);
       }
     });
