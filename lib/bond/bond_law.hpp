@@ -41,7 +41,7 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 template <class Law>
 concept BondLaw = requires(const Law law, double r) {
   { Law::name } -> std::convertible_to<std::string_view>;
-  { Law::parameters.size() } -> std::convertible_to<std::size_t>;
+  { Law::parameters().size() } -> std::convertible_to<std::size_t>;
   { law.energy(r) } -> std::same_as<double>;     // U       [M L^2 T^-2]
   { law.tension(r) } -> std::same_as<double>;    // dU/dr   [M L T^-2]; > 0 pulls the ends together
   { law.stiffness(r) } -> std::same_as<double>;  // d2U/dr2 [M T^-2]

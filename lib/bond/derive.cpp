@@ -18,7 +18,8 @@ constexpr int scan_cells = 4000;        // per smooth piece
 // An interval of lengths in which the tension changes sign from push to pull.
 template <BondLaw Law>
 Interval bracket_rest(const Law& law) {
-  const auto [shortest, longest] = law.domain();
+  const double shortest = law.domain().lo;
+  const double longest = law.domain().hi;
   const auto shorter = [&](double r) { return shortest > 0.0 ? 0.5 * (r + shortest) : 0.8 * r; };
   const auto longer = [&](double r) { return std::isfinite(longest) ? 0.5 * (r + longest) : 1.25 * r; };
   double lo = law.typical_length();
@@ -168,7 +169,7 @@ Derivation derive_law(const Law& law) {
   d.stiffness = k0;
   d.force_per_strain = k0 * rest;
   d.young_modulus = k0 / rest;
-  for (const Parameter<Law>& p : Law::parameters) {
+  for (const Parameter<Law>& p : Law::parameters()) {
     if (p.name == "attraction") d.stiffness_over_attraction = k0 / law.*p.member;
   }
   if (std::isfinite(law.domain().hi)) d.strain_at_reach = (law.domain().hi - rest) / rest;

@@ -25,25 +25,28 @@ struct FeneLj {
 
   static constexpr double lj_minimum = 1.122462048309372981433533;  // 2^(1/6), in units of sigma
   static constexpr std::string_view name = "fene-lj";
-  static constexpr std::array parameters{
-      Parameter<FeneLj>{"depth", &FeneLj::depth, {1, 0}, "eta, depth of the Lennard-Jones well"},
-      Parameter<FeneLj>{"diameter", &FeneLj::diameter, {0, 1}, "sigma, where the Lennard-Jones term is zero"},
-      Parameter<FeneLj>{"attraction",
-                        &FeneLj::attraction,
-                        {1, -2},
-                        "K, FENE coefficient; default 30 depth / diameter^2",
-                        [](const FeneLj& b) { return 30.0 * b.depth / (b.diameter * b.diameter); }},
-      Parameter<FeneLj>{"reach",
-                        &FeneLj::reach,
-                        {0, 1},
-                        "R0, length that is never reached; default 1.5 diameter",
-                        [](const FeneLj& b) { return 1.5 * b.diameter; }},
-      Parameter<FeneLj>{"cutoff",
-                        &FeneLj::cutoff,
-                        {0, 1},
-                        "Rc, end of the Lennard-Jones term, inf for none; default 2^(1/6) diameter",
-                        [](const FeneLj& b) { return lj_minimum * b.diameter; }},
-  };
+  static constexpr auto parameters() {
+    return std::array{
+        Parameter<FeneLj>{"depth", &FeneLj::depth, {1, 0}, "eta, depth of the Lennard-Jones well"},
+        Parameter<FeneLj>{
+            "diameter", &FeneLj::diameter, {0, 1}, "sigma, where the Lennard-Jones term is zero"},
+        Parameter<FeneLj>{"attraction",
+                          &FeneLj::attraction,
+                          {1, -2},
+                          "K, FENE coefficient; default 30 depth / diameter^2",
+                          [](const FeneLj& b) { return 30.0 * b.depth / (b.diameter * b.diameter); }},
+        Parameter<FeneLj>{"reach",
+                          &FeneLj::reach,
+                          {0, 1},
+                          "R0, length that is never reached; default 1.5 diameter",
+                          [](const FeneLj& b) { return 1.5 * b.diameter; }},
+        Parameter<FeneLj>{"cutoff",
+                          &FeneLj::cutoff,
+                          {0, 1},
+                          "Rc, end of the Lennard-Jones term, inf for none; default 2^(1/6) diameter",
+                          [](const FeneLj& b) { return lj_minimum * b.diameter; }},
+    };
+  }
 
   double energy(double r) const {
     const double x = r / reach;

@@ -14,10 +14,12 @@ struct Harmonic {
   double rest_length;     // r0  [L]
 
   static constexpr std::string_view name = "harmonic";
-  static constexpr std::array parameters{
-      Parameter<Harmonic>{"bond_stiffness", &Harmonic::bond_stiffness, {1, -2}, "k, spring constant"},
-      Parameter<Harmonic>{"rest_length", &Harmonic::rest_length, {0, 1}, "r0, length without force"},
-  };
+  static constexpr auto parameters() {
+    return std::array{
+        Parameter<Harmonic>{"bond_stiffness", &Harmonic::bond_stiffness, {1, -2}, "k, spring constant"},
+        Parameter<Harmonic>{"rest_length", &Harmonic::rest_length, {0, 1}, "r0, length without force"},
+    };
+  }
 
   double energy(double r) const { return 0.5 * bond_stiffness * (r - rest_length) * (r - rest_length); }
   double tension(double r) const { return bond_stiffness * (r - rest_length); }

@@ -25,7 +25,7 @@ void for_each_law(Visit visit) {
 template <BondLaw Law>
 Law make(const Lookup& given) {
   Law law{};
-  for (const Parameter<Law>& parameter : Law::parameters) {
+  for (const Parameter<Law>& parameter : Law::parameters()) {
     if (const std::optional<double> value = given(std::string(parameter.name))) {
       law.*parameter.member = *value;
     } else if (parameter.fallback != nullptr) {
@@ -67,7 +67,7 @@ std::vector<LawInfo> laws() {
   std::vector<LawInfo> all;
   for_each_law([&all]<class Law>() {
     LawInfo info{std::string(Law::name), {}};
-    for (const Parameter<Law>& p : Law::parameters) {
+    for (const Parameter<Law>& p : Law::parameters()) {
       info.parameters.push_back(
           {std::string(p.name), p.dimension, std::string(p.meaning), p.fallback == nullptr});
     }
@@ -102,7 +102,7 @@ std::vector<NamedValue> parameters_of(const AnyLaw& law) {
   return std::visit(
       []<class Law>(const Law& l) {
         std::vector<NamedValue> values;
-        for (const Parameter<Law>& p : Law::parameters) {
+        for (const Parameter<Law>& p : Law::parameters()) {
           values.push_back({std::string(p.name), p.dimension, l.*p.member});
         }
         return values;
@@ -113,7 +113,7 @@ std::vector<NamedValue> parameters_of(const AnyLaw& law) {
 AnyLaw rescaled(const AnyLaw& law, double energy, double length) {
   return std::visit(
       [&]<class Law>(Law l) -> AnyLaw {
-        for (const Parameter<Law>& p : Law::parameters) {
+        for (const Parameter<Law>& p : Law::parameters()) {
           l.*p.member *= std::pow(energy, p.dimension.energy) * std::pow(length, p.dimension.length);
         }
         l.check();

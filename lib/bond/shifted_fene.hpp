@@ -20,16 +20,18 @@ struct ShiftedFene {
   double extension;       // D   [L]
 
   static constexpr std::string_view name = "shifted-fene";
-  static constexpr std::array parameters{
-      Parameter<ShiftedFene>{
-          "bond_stiffness", &ShiftedFene::bond_stiffness, {1, -2}, "k, stiffness at the rest length"},
-      Parameter<ShiftedFene>{"rest_length", &ShiftedFene::rest_length, {0, 1}, "r0, length without force"},
-      Parameter<ShiftedFene>{"extension",
-                             &ShiftedFene::extension,
-                             {0, 1},
-                             "D, change of length that is never reached; default rest_length / 2",
-                             [](const ShiftedFene& b) { return 0.5 * b.rest_length; }},
-  };
+  static constexpr auto parameters() {
+    return std::array{
+        Parameter<ShiftedFene>{
+            "bond_stiffness", &ShiftedFene::bond_stiffness, {1, -2}, "k, stiffness at the rest length"},
+        Parameter<ShiftedFene>{"rest_length", &ShiftedFene::rest_length, {0, 1}, "r0, length without force"},
+        Parameter<ShiftedFene>{"extension",
+                               &ShiftedFene::extension,
+                               {0, 1},
+                               "D, change of length that is never reached; default rest_length / 2",
+                               [](const ShiftedFene& b) { return 0.5 * b.rest_length; }},
+    };
+  }
 
   double energy(double r) const {
     const double x = (r - rest_length) / extension;
