@@ -1,5 +1,6 @@
 #include "solid/network.hpp"
 
+#include <cmath>
 #include <limits>
 
 namespace veriflex::solid {
@@ -9,6 +10,72 @@ namespace {
 std::int64_t saturated_product(std::int64_t a, std::int64_t b) {
   std::int64_t product = 0;
   return __builtin_mul_overflow(a, b, &product) ? std::numeric_limits<std::int64_t>::max() : product;
+}
+
+// Collects the nodes of a lattice body, given as integer coordinates, and bonds each to its next ones along
+// +x, +y, +z.
+class LatticeBuilder {
+ public:
+  LatticeBuilder(std::array<std::int32_t, 3> size, double spacing)
+      : size_(size), spacing_(spacing), number_(cells(), -1) {}
+
+  void add(std::array<std::int32_t, 3> cell) {
+    number_[index(cell)] = static_cast<std::int32_t>(cells_.size());
+    cells_.push_back(cell);
+  }
+
+  Network build(std::array<std::int32_t, 3> origin) const {
+    Network network;
+    network.spacing = spacing_;
+    network.rest.resize(static_cast<Eigen::Index>(cells_.size()), 3);
+    std::vector<int> axes;
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        network.rest(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(axis)) =
+            spacing_ * (cells_[i][axis] - origin[axis]);
+        std::array<std::int32_t, 3> next = cells_[i];
+        if (++next[axis] >= size_[axis] || number_[index(next)] < 0) continue;
+        network.bonds.push_back({static_cast<std::int32_t>(i), number_[index(next)]});
+        axes.push_back(static_cast<int>(axis));
+      }
+    }
+    network.vectors = Positions::Zero(static_cast<Eigen::Index>(axes.size()), 3);
+    for (std::size_t b = 0; b < axes.size(); ++b)
+      network.vectors(static_cast<Eigen::Index>(b), axes[b]) = spacing_;
+    return network;
+  }
+
+ private:
+  std::size_t cells() const {
+    return static_cast<std::size_t>(size_[0]) * static_cast<std::size_t>(size_[1]) *
+           static_cast<std::size_t>(size_[2]);
+  }
+  std::size_t index(const std::array<std::int32_t, 3>& c) const {
+    return static_cast<std::size_t>(c[0]) +
+           static_cast<std::size_t>(size_[0]) *
+               (static_cast<std::size_t>(c[1]) +
+                static_cast<std::size_t>(size_[1]) * static_cast<std::size_t>(c[2]));
+  }
+
+  std::array<std::int32_t, 3> size_;
+  double spacing_;
+  std::vector<std::int32_t> number_;  // of the node in a cell; -1 where there is none
+  std::vector<std::array<std::int32_t, 3>> cells_;
+};
+
+// One end of a bond, seen from a node.
+struct End {
+  std::int32_t bond;
+  std::int8_t sign;
+};
+
+std::vector<std::vector<End>> ends_by_node(const Network& network) {
+  std::vector<std::vector<End>> ends(static_cast<std::size_t>(network.node_count()));
+  for (std::size_t b = 0; b < network.bonds.size(); ++b) {
+    ends[static_cast<std::size_t>(network.bonds[b].first)].push_back({static_cast<std::int32_t>(b), 1});
+    ends[static_cast<std::size_t>(network.bonds[b].second)].push_back({static_cast<std::int32_t>(b), -1});
+  }
+  return ends;
 }
 
 }  // namespace
@@ -28,21 +95,49 @@ Network cubic_lattice(const Block& block) {
   const auto n = static_cast<std::int32_t>(block.nodes[0]);
   const auto m = static_cast<std::int32_t>(block.nodes[1]);
   const auto l = static_cast<std::int32_t>(block.nodes[2]);
-  Network network;
-  network.rest.resize(3, block.node_count());
-  network.bonds.reserve(static_cast<std::size_t>(block.bond_count()));
-  std::int32_t node = 0;
+  LatticeBuilder builder({n, m, l}, block.spacing);
   for (std::int32_t z = 0; z < l; ++z) {
     for (std::int32_t y = 0; y < m; ++y) {
-      for (std::int32_t x = 0; x < n; ++x, ++node) {
-        network.rest.col(node) = block.spacing * Vec3(x, y, z);
-        if (x + 1 < n) network.bonds.push_back({node, node + 1, block.spacing * Vec3::UnitX()});
-        if (y + 1 < m) network.bonds.push_back({node, node + n, block.spacing * Vec3::UnitY()});
-        if (z + 1 < l) network.bonds.push_back({node, node + n * m, block.spacing * Vec3::UnitZ()});
+      for (std::int32_t x = 0; x < n; ++x) builder.add({x, y, z});
+    }
+  }
+  return builder.build({0, 0, 0});
+}
+
+Network rod_lattice(const Rod& rod) {
+  const auto reach = static_cast<std::int32_t>(std::floor(rod.radius));
+  const auto sections = static_cast<std::int32_t>(rod.sections);
+  LatticeBuilder builder({2 * reach + 1, 2 * reach + 1, sections}, rod.spacing);
+  for (std::int32_t z = 0; z < sections; ++z) {
+    for (std::int32_t y = -reach; y <= reach; ++y) {
+      for (std::int32_t x = -reach; x <= reach; ++x) {
+        if (x * x + y * y <= rod.radius * rod.radius) builder.add({x + reach, y + reach, z});
       }
     }
   }
-  return network;
+  return builder.build({reach, reach, 0});
+}
+
+void add_angles(Network& network) {
+  for (const std::vector<End>& ends : ends_by_node(network)) {
+    for (std::size_t p = 0; p < ends.size(); ++p) {
+      for (std::size_t q = p + 1; q < ends.size(); ++q) {
+        const double along = ends[p].sign * ends[q].sign *
+                             network.vectors.row(ends[p].bond).dot(network.vectors.row(ends[q].bond));
+        network.angles.push_back({ends[p].bond, ends[q].bond, ends[p].sign, ends[q].sign,
+                                  along < -0.5 * network.spacing * network.spacing});
+      }
+    }
+  }
+}
+
+std::vector<std::int32_t> boundary_nodes(const Network& network) {
+  std::vector<std::int32_t> boundary;
+  const std::vector<std::vector<End>> ends = ends_by_node(network);
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    if (ends[i].size() < 6) boundary.push_back(static_cast<std::int32_t>(i));
+  }
+  return boundary;
 }
 
 }  // namespace veriflex::solid

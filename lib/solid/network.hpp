@@ -1,4 +1,4 @@
-/// The solid as a network: nodes on a cubic lattice and the bonds between nearest neighbours.   [wu-qi-2014,
+/// The solid as a network: nodes, bonds between them, and angles between the bonds of a node.   [wu-qi-2014,
 /// Sec. 2.2]
 #pragma once
 
@@ -9,6 +9,32 @@
 #include "base/vec.hpp"
 
 namespace veriflex::solid {
+
+/// A bond between two nodes.
+struct Bond {
+  std::int32_t first, second;
+};
+
+/// The angle at a node between two of its bonds; its rest value is 180 or 90 degrees. Each unordered pair of
+/// bonds of a node is one angle (departure D1: the paper's Eq. 14, read literally, would count each twice). A
+/// sign is -1 where the bond's vector points to the node.
+struct Angle {
+  std::int32_t bond_a, bond_b;
+  std::int8_t sign_a, sign_b;
+  bool straight;  // 180 degrees at rest, else 90
+};
+
+/// States of a network are displacements from `rest`: the length of a bond then carries the precision of a
+/// displacement, not that of a coordinate.
+struct Network {
+  Positions rest;             // undeformed positions  [L]
+  std::vector<Bond> bonds;    // first < second in a lattice
+  Positions vectors;          // undeformed vector of each bond, from first to second  [L]
+  std::vector<Angle> angles;  // empty for a scene without angles: no list is built
+  double spacing;             // r0  [L]
+
+  Eigen::Index node_count() const { return rest.rows(); }
+};
 
 /// A block of n x m x l lattice nodes; its axis is z. One chain of nodes stands for a cross-section of
 /// spacing^2, so the section of the block is n m spacing^2 (not (n-1)(m-1) spacing^2).
@@ -22,19 +48,26 @@ struct Block {
   double section() const { return static_cast<double>(nodes[0] * nodes[1]) * spacing * spacing; }
 };
 
-struct Bond {
-  std::int32_t first, second;  // nodes
-  Vec3 vector;                 // from first to second, undeformed  [L]
+/// A rod of circular section along z: the lattice nodes with x^2 + y^2 <= (radius spacing)^2, axis on a node.
+struct Rod {
+  double radius;          // in spacings; 2.5 gives the paper's section of 21 nodes
+  std::int64_t sections;  // along z
+  double spacing;         // r0  [L]
 };
 
-/// States of a network are displacements from `rest`: the length of a bond then carries the precision of a
-/// displacement, not that of a coordinate.
-struct Network {
-  Positions rest;  // undeformed positions  [L]
-  std::vector<Bond> bonds;
-};
-
-/// The nodes of the block, x fastest, the first at the origin, with one bond per pair of nearest neighbours.
+/// The nodes of the block, x fastest, the first at the origin, with one bond per pair of nearest neighbours,
+/// without angles.
 Network cubic_lattice(const Block& block);
+
+/// The nodes of the rod, section by section, the axis' first node at the origin; bonds as above, without
+/// angles.
+Network rod_lattice(const Rod& rod);
+
+/// Fills network.angles: every unordered pair of bonds of each node, opposite ones straight, all others
+/// right. Meant for a cubic lattice, where bonds are parallel to the axes.
+void add_angles(Network& network);
+
+/// Nodes with fewer than six bonds, in rising order: the surface of a lattice body.
+std::vector<std::int32_t> boundary_nodes(const Network& network);
 
 }  // namespace veriflex::solid

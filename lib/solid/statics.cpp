@@ -8,7 +8,6 @@
 #include <limits>
 
 #include "base/error.hpp"
-#include "solid/bonds.hpp"
 
 namespace veriflex::solid {
 
@@ -25,7 +24,7 @@ constexpr double zero_mode = 1e-12;
 
 // Numbers the free coordinates.
 struct Freedom {
-  Eigen::VectorXi number;  // of coordinate 3 node + axis; -1 where held
+  Eigen::VectorXi number;  // of coordinate axis * nodes + node; -1 where held
   int count = 0;
 
   explicit Freedom(const Held& held) : number(held.size()) {
@@ -39,7 +38,7 @@ struct Freedom {
     return free;
   }
   Positions scatter(const Eigen::VectorXd& free, double scale) const {
-    Positions all = Positions::Zero(3, number.size() / 3);
+    Positions all = Positions::Zero(number.size() / 3, 3);
     for (Eigen::Index i = 0; i < number.size(); ++i) {
       if (number[i] >= 0) all.data()[i] = scale * free[number[i]];
     }
@@ -47,10 +46,9 @@ struct Freedom {
   }
 };
 
-template <bond::BondLaw Law>
-Sparse free_hessian(const Law& law, const Network& network, const Positions& u, const Freedom& freedom) {
+Sparse free_part(const std::vector<Eigen::Triplet<double>>& hessian, const Freedom& freedom) {
   std::vector<Eigen::Triplet<double>> entries;
-  for (const auto& t : hessian(law, network, u)) {
+  for (const auto& t : hessian) {
     const int row = freedom.number[t.row()];
     const int col = freedom.number[t.col()];
     if (row >= 0 && col >= 0) entries.emplace_back(row, col, t.value());
@@ -91,29 +89,25 @@ Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
 // The force that a residual is measured against: the largest tension, or what a strain of 1e-3 would give.
 // (Below that strain the rounding of a bond's length alone exceeds 1e-12 of its tension.)
 template <bond::BondLaw Law>
-double force_scale(const Law& law, const Network& network, const Positions& u) {
+double force_scale(const Law& law, const Workspace& work) {
   double scale = 0.0;
-  for (const Bond& bond : network.bonds) {
-    const double r = deformed(bond, u).norm();
+  for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
+    const double r = work.d.row(b).norm();
     scale = std::max({scale, std::abs(law.tension(r)), 1e-3 * law.stiffness(r) * r});
   }
   return scale;
 }
 
-double longest_bond(const Network& network, const Positions& u) {
-  double longest = 0.0;
-  for (const Bond& bond : network.bonds) longest = std::max(longest, deformed(bond, u).norm());
-  return longest;
-}
-
-// Whether no bond, anywhere on the straight way from u to u + step, comes nearer to a limit of the law than a
-// twentieth of its present distance. The way counts, not its end: a node must not jump through its neighbour.
+// Whether no bond, anywhere on the straight way from its vector in `work` over `step`, comes nearer to a
+// limit of the law than a twentieth of its present distance. The way counts, not its end: a node must not
+// jump through its neighbour.
 template <bond::BondLaw Law>
-bool keeps_clear(const Law& law, const Network& network, const Positions& u, const Positions& step) {
+bool keeps_clear(const Law& law, const Network& network, const Workspace& work, const Positions& step) {
   const auto [lo, hi] = law.domain();
-  for (const Bond& bond : network.bonds) {
-    const Vec3 from = deformed(bond, u);
-    const Vec3 change = step.col(bond.second) - step.col(bond.first);
+  for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
+    const Bond& bond = network.bonds[static_cast<std::size_t>(b)];
+    const Vec3 from = work.d.row(b);
+    const Vec3 change = step.row(bond.second) - step.row(bond.first);
     const double squared = change.squaredNorm();
     const double nearest = squared > 0.0 ? std::clamp(-from.dot(change) / squared, 0.0, 1.0) : 0.0;
     const double least = (from + nearest * change).norm();
@@ -125,73 +119,82 @@ bool keeps_clear(const Law& law, const Network& network, const Positions& u, con
   return true;
 }
 
-template <bond::BondLaw Law>
-Equilibrium solve(const Law& law, const Network& network, Positions u, const Held& held,
-                  const Positions& load) {
-  if (!all_admitted(law, network, u)) {
-    throw NumericalFailure(
-        fmt::format("the start of a static solution has a bond outside the domain of {}", Law::name));
-  }
+// A displacement with all that the solver asks of it.
+struct State {
+  Positions u;
+  Workspace work;
+  Positions gradient;  // of the energy, all coordinates
+  Eigen::VectorXd g;   // out-of-balance force on the free coordinates, negative
+};
+
+double size(const Eigen::VectorXd& v) { return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>(); }
+
+template <bond::BondLaw Law, class AngleTerm>
+Equilibrium solve(const Law& law, const AngleTerm& angle, const Network& network, const Positions& start,
+                  const Held& held, const Positions& load) {
   const Freedom freedom(held);
-  const auto out_of_balance = [&](const Positions& at) {
-    return freedom.gather(gradient(law, network, at) - load);
+  // Evaluates the state at u; false where the energy does not exist.
+  const auto evaluate = [&](const Positions& u, State& state) {
+    state.u = u;
+    if (!deform(law, angle, network, u, state.work)) return false;
+    gradient(law, angle, network, state.work, state.gradient);
+    state.g = freedom.gather(state.gradient - load);
+    return true;
   };
-  const auto potential = [&](const Positions& at) {
-    return energy(law, network, at) - load.cwiseProduct(at).sum();
-  };
-  const auto size = [](const Eigen::VectorXd& v) {
-    return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>();
+  const auto potential = [&](const State& state) {
+    return energy(law, angle, network, state.work) - load.cwiseProduct(state.u).sum();
   };
 
+  State now;
+  State next;
+  if (!evaluate(start, now)) {
+    throw NumericalFailure(fmt::format(
+        "the start of a static solution has a bond outside the domain of {} or a degenerate angle",
+        Law::name));
+  }
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
-  Eigen::VectorXd g = out_of_balance(u);
   for (int iteration = 0; iteration <= most_iterations; ++iteration) {
-    const Sparse h = free_hessian(law, network, u, freedom);
+    const Sparse h = free_part(hessian(law, angle, network, now.work), freedom);
     const double stiffest = infinity_norm(h);
     if (freedom.count > 0) {
       if (iteration == 0) factor.analyzePattern(h);
       factor.factorize(h);
-      // A pivot is never larger than the eigenvalues allow: the smallest shows a zero or negative mode. Its
-      // being small by itself is no proof (long chains have small pivots), so the count decides.
+      // A small pivot by itself is no proof of a zero mode (long chains have them), so the count decides.
       const bool suspicious =
           factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 100.0 * zero_mode * stiffest);
       if (suspicious && (!(stiffest > 0.0) || eigenvalues_below(h, zero_mode * stiffest) > 0)) {
         fail_as_singular(h, iteration);
       }
     }
-    const double scale_of_force = std::max(force_scale(law, network, u), load.cwiseAbs().maxCoeff());
-    // Bond lengths are rounded to epsilon times themselves and the displacements: forces cannot be balanced
+    const double force = std::max(force_scale(law, now.work), load.cwiseAbs().maxCoeff());
+    // Bond vectors are rounded to epsilon times themselves and the displacements: forces cannot be balanced
     // better.
-    const double rounding = 2.0 * epsilon * (u.cwiseAbs().maxCoeff() + longest_bond(network, u)) * stiffest;
-    const bool no_longer_helps = size(g) <= rounding && size(g) >= 0.5 * previous;
-    previous = size(g);
-    if (size(g) <= wanted_residual * scale_of_force || no_longer_helps) {
-      Positions reaction = gradient(law, network, u) - load;
+    const double longest = now.work.d.rowwise().norm().maxCoeff();
+    const double rounding = 2.0 * epsilon * (now.u.cwiseAbs().maxCoeff() + longest) * stiffest;
+    const bool no_longer_helps = size(now.g) <= rounding && size(now.g) >= 0.5 * previous;
+    previous = size(now.g);
+    if (size(now.g) <= wanted_residual * force || no_longer_helps) {
+      Positions reaction = now.gradient - load;
       for (Eigen::Index i = 0; i < held.size(); ++i) {
         if (!held.data()[i]) reaction.data()[i] = 0.0;
       }
-      return {u, reaction, iteration, size(g) / scale_of_force};
+      return {now.u, reaction, iteration, size(now.g) / force};
     }
-    const Eigen::VectorXd step = factor.solve(-g);
-    const double slope = step.dot(g);
-    double scale = 1.0;
-    for (;; scale *= 0.5) {
+    const Eigen::VectorXd step = factor.solve(-now.g);
+    const double slope = step.dot(now.g);
+    for (double scale = 1.0;; scale *= 0.5) {
       if (scale < 1e-12) {
         throw NumericalFailure(
-            fmt::format("static solution stuck at Newton step {} (out-of-balance force {} of "
-                        "the largest tension)",
-                        iteration, size(g) / scale_of_force));
+            fmt::format("static solution stuck at Newton step {} (out-of-balance force {} of the largest)",
+                        iteration, size(now.g) / force));
       }
       const Positions move = freedom.scatter(step, scale);
-      if (!keeps_clear(law, network, u, move)) continue;
-      const Positions next = u + move;
-      const Eigen::VectorXd g_next = out_of_balance(next);
+      if (!keeps_clear(law, network, now.work, move) || !evaluate(now.u + move, next)) continue;
       // Near the solution the energy no longer resolves the step, the force does.
-      if (size(g_next) < 0.9 * size(g) || size(g) <= rounding ||
-          potential(next) < potential(u) + 1e-4 * scale * slope) {
-        u = next;
-        g = g_next;
+      if (size(next.g) < 0.9 * size(now.g) || size(now.g) <= rounding ||
+          potential(next) < potential(now) + 1e-4 * scale * slope) {
+        std::swap(now, next);
         break;
       }
     }
@@ -201,9 +204,10 @@ Equilibrium solve(const Law& law, const Network& network, Positions u, const Hel
 
 }  // namespace
 
-Equilibrium equilibrium(const bond::AnyLaw& law, const Network& network, const Positions& u, const Held& held,
-                        const Positions& load) {
-  return std::visit([&](const auto& l) { return solve(l, network, u, held, load); }, law);
+Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
+                        const Held& held, const Positions& load) {
+  return visit(material,
+               [&](const auto& law, const auto& angle) { return solve(law, angle, network, u, held, load); });
 }
 
 }  // namespace veriflex::solid

@@ -1,13 +1,12 @@
 /// Static equilibrium of a network under dead loads, with some degrees of freedom held.
 #pragma once
 
-#include "bond/laws.hpp"
-#include "solid/network.hpp"
+#include "solid/elastic.hpp"
 
 namespace veriflex::solid {
 
 /// Per node and axis: true where the coordinate is held at its present value.
-using Held = Eigen::Matrix<bool, 3, Eigen::Dynamic>;
+using Held = Eigen::Matrix<bool, Eigen::Dynamic, 3>;
 
 struct Equilibrium {
   Positions u;         // displacement  [L]
@@ -22,8 +21,8 @@ struct Equilibrium {
 /// rounding keeps a further step from helping. Throws NumericalFailure:
 ///   "mechanism: N zero modes"  the network can move without force (never regularised),
 ///   "unstable: N negative"     the state is no minimum,
-///   start outside the law's domain, or no convergence.
-Equilibrium equilibrium(const bond::AnyLaw& law, const Network& network, const Positions& u, const Held& held,
-                        const Positions& load);
+///   start outside the law's domain or with a degenerate angle, or no convergence.
+Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
+                        const Held& held, const Positions& load);
 
 }  // namespace veriflex::solid

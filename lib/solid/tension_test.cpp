@@ -13,19 +13,19 @@ constexpr int x_axis = 0, y_axis = 1, z_axis = 2;
 
 // Everything but the axial coordinate of the last section, which displacement control holds too.
 Held holds(const Block& block, bool lateral_held) {
-  Held held = Held::Constant(3, block.node_count(), false);
+  Held held = Held::Constant(block.node_count(), 3, false);
   const std::int64_t section = block.nodes[0] * block.nodes[1];
-  held.row(z_axis).head(section).setConstant(true);
+  held.col(z_axis).head(section).setConstant(true);
   if (lateral_held) {
-    held.topRows(2).setConstant(true);
+    held.leftCols(2).setConstant(true);
     return held;
   }
   // The first section cannot leave its plane; what is left is a shift and a turn in it.
-  held(x_axis, 0) = held(y_axis, 0) = true;
+  held(0, x_axis) = held(0, y_axis) = true;
   if (block.nodes[0] > 1) {
-    held(y_axis, block.nodes[0] - 1) = true;
+    held(block.nodes[0] - 1, y_axis) = true;
   } else if (block.nodes[1] > 1) {
-    held(x_axis, block.nodes[1] - 1) = true;
+    held(block.nodes[1] - 1, x_axis) = true;
   }
   return held;
 }
@@ -36,28 +36,28 @@ Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_
   const Network network = cubic_lattice(block);
   const std::int64_t section = block.nodes[0] * block.nodes[1];
   Held held = holds(block, lateral_held);
-  held.row(z_axis).tail(section).setConstant(true);
+  held.col(z_axis).tail(section).setConstant(true);
   // The start is deliberately not the uniform stretch that solves the problem, and no bond of it is strained
   // more than 5 % further than that.
-  Positions u = Positions::Zero(3, block.node_count());
+  Positions u = Positions::Zero(block.node_count(), 3);
   const double length = block.length();
-  for (Eigen::Index i = 0; i < u.cols(); ++i) {
-    const double z = network.rest(z_axis, i);
-    u(z_axis, i) = strain * (z + 0.05 * length / std::numbers::pi * std::sin(std::numbers::pi * z / length));
+  for (Eigen::Index i = 0; i < u.rows(); ++i) {
+    const double z = network.rest(i, z_axis);
+    u(i, z_axis) = strain * (z + 0.05 * length / std::numbers::pi * std::sin(std::numbers::pi * z / length));
   }
-  u.row(z_axis).tail(section).setConstant(strain * length);
-  const Equilibrium e = equilibrium(law, network, u, held, Positions::Zero(3, u.cols()));
-  return {strain, e.reaction.row(z_axis).tail(section).sum() / block.section(), e.iterations, e.residual};
+  u.col(z_axis).tail(section).setConstant(strain * length);
+  const Equilibrium e = equilibrium({law, 0.0}, network, u, held, Positions::Zero(u.rows(), 3));
+  return {strain, e.reaction.col(z_axis).tail(section).sum() / block.section(), e.iterations, e.residual};
 }
 
 Pulled pull_with_stress(const bond::AnyLaw& law, const Block& block, bool lateral_held, double stress) {
   const Network network = cubic_lattice(block);
   const std::int64_t section = block.nodes[0] * block.nodes[1];
-  Positions load = Positions::Zero(3, network.rest.cols());
-  load.row(z_axis).tail(section).setConstant(stress * block.spacing * block.spacing);
+  Positions load = Positions::Zero(network.node_count(), 3);
+  load.col(z_axis).tail(section).setConstant(stress * block.spacing * block.spacing);
   const Equilibrium e =
-      equilibrium(law, network, Positions::Zero(3, load.cols()), holds(block, lateral_held), load);
-  return {e.u.row(z_axis).tail(section).mean() / block.length(), stress, e.iterations, e.residual};
+      equilibrium({law, 0.0}, network, Positions::Zero(load.rows(), 3), holds(block, lateral_held), load);
+  return {e.u.col(z_axis).tail(section).mean() / block.length(), stress, e.iterations, e.residual};
 }
 
 }  // namespace veriflex::solid

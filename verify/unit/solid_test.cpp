@@ -1,12 +1,12 @@
-#include <Eigen/Geometry>
-#include <Eigen/SparseCore>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "base/error.hpp"
 #include "bond/derive.hpp"
 #include "catch.hpp"
-#include "solid/bonds.hpp"
+#include "solid/elastic.hpp"
 #include "solid/statics.hpp"
 #include "solid/tension_test.hpp"
 
@@ -27,32 +27,89 @@ Block block_of(const bond::AnyLaw& law, std::int64_t n, std::int64_t m, std::int
 
 Positions noise(Eigen::Index nodes, double amplitude) {
   std::mt19937 random(20141);
-  std::uniform_real_distribution<double> uniform(-amplitude, amplitude);
-  Positions u(3, nodes);
-  for (double& component : u.reshaped()) component = uniform(random);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  Positions u(nodes, 3);
+  for (double& component : u.reshaped()) component = amplitude * uniform(random);
   return u;
 }
 
-template <class Use>
-void with(const bond::AnyLaw& law, Use use) {
-  std::visit(use, law);
+double energy_at(const Material& material, const Network& network, const Positions& u) {
+  return visit(material, [&](const auto& law, const auto& angle) {
+    Workspace work;
+    REQUIRE(deform(law, angle, network, u, work));
+    return energy(law, angle, network, work);
+  });
 }
+
+Positions gradient_at(const Material& material, const Network& network, const Positions& u) {
+  return visit(material, [&](const auto& law, const auto& angle) {
+    Workspace work;
+    Positions g;
+    REQUIRE(deform(law, angle, network, u, work));
+    gradient(law, angle, network, work, g);
+    return g;
+  });
+}
+
+Eigen::MatrixXd hessian_at(const Material& material, const Network& network, const Positions& u) {
+  return visit(material, [&](const auto& law, const auto& angle) {
+    Workspace work;
+    REQUIRE(deform(law, angle, network, u, work));
+    const auto entries = hessian(law, angle, network, work);
+    Eigen::SparseMatrix<double> sparse(u.size(), u.size());
+    sparse.setFromTriplets(entries.begin(), entries.end());
+    return Eigen::MatrixXd(sparse);
+  });
+}
+
+// Each law with and without angles.
+std::vector<Material> materials() {
+  return {{harmonic, 0.0},   {fene_lj, 0.0},  {shifted, 0.0},
+          {harmonic, 0.025}, {fene_lj, 95.0}, {shifted, 0.025}};
+}
+
+Network block_network(const Material& material, std::int64_t n, std::int64_t m, std::int64_t l) {
+  Network network = cubic_lattice(block_of(material.law, n, m, l));
+  if (material.angle_stiffness > 0.0) add_angles(network);
+  return network;
+}
+
+Positions no_load(const Network& network) { return Positions::Zero(network.node_count(), 3); }
 
 }  // namespace
 
 TEST_CASE("A block of n x m x l nodes has the nodes and bonds of a cubic lattice") {
   const Block block{{4, 3, 12}, 0.96};
   const Network network = cubic_lattice(block);
-  CHECK(network.rest.cols() == 144);
+  CHECK(network.node_count() == 144);
   CHECK(static_cast<std::int64_t>(network.bonds.size()) == block.bond_count());
   CHECK(block.bond_count() == 3 * 3 * 12 + 4 * 2 * 12 + 4 * 3 * 11);
-  for (const Bond& b : network.bonds) {
-    CHECK(b.first < b.second);
-    CHECK(b.vector.norm() == 0.96);
-    CHECK((network.rest.col(b.second) - network.rest.col(b.first) - b.vector).norm() < 1e-14);
+  for (std::size_t b = 0; b < network.bonds.size(); ++b) {
+    const Vec3 vector = network.vectors.row(static_cast<Eigen::Index>(b));
+    CHECK(network.bonds[b].first < network.bonds[b].second);
+    CHECK(vector.norm() == 0.96);
+    const Vec3 between = network.rest.row(network.bonds[b].second) - network.rest.row(network.bonds[b].first);
+    CHECK((between - vector).norm() < 1e-14);
   }
   CHECK(cubic_lattice({{1, 1, 2}, 1.0}).bonds.size() == 1);
   CHECK(cubic_lattice({{1, 1, 9}, 1.0}).bonds.size() == 8);
+}
+
+TEST_CASE(
+    "The paper's filament: 21 nodes a section, 1071 nodes, 2682 bonds, 11203 angles, 630 nodes on its "
+    "surface") {
+  Network rod = rod_lattice({2.5, 51, 1.0});
+  CHECK(rod.node_count() == 1071);
+  CHECK(rod.bonds.size() == 2682);
+  CHECK(rod.angles.empty());
+  add_angles(rod);
+  CHECK(rod.angles.size() == 11203);
+  CHECK(std::count_if(rod.angles.begin(), rod.angles.end(), [](const Angle& a) { return a.straight; }) ==
+        2151);
+  CHECK(boundary_nodes(rod).size() == 630);
+  CHECK(rod_lattice({2.5, 1, 1.0}).node_count() == 21);
+  CHECK(rod.rest.col(0).head(21).squaredNorm() == 34.0);  // sum of x^2 over a section
+  CHECK(rod.rest.colwise().sum().head(2).norm() < 1e-10);
 }
 
 TEST_CASE("Counts of absurd blocks saturate instead of overflowing") {
@@ -61,42 +118,39 @@ TEST_CASE("Counts of absurd blocks saturate instead of overflowing") {
 }
 
 TEST_CASE("Forces are minus the gradient of the energy, and add up to no force and no torque") {
-  for (const bond::AnyLaw& any : {harmonic, fene_lj, shifted}) {
-    with(any, [&](const auto& law) {
-      const Network network = cubic_lattice(block_of(any, 3, 2, 4));
-      Positions u = noise(network.rest.cols(), 0.05);
-      const Positions g = gradient(law, network, u);
-      const double scale = g.cwiseAbs().maxCoeff();
-      for (const Eigen::Index i : {0, 7, 40, 71}) {
-        const Derivative d = central_derivative(
-            [&](double value) {
-              Positions moved = u;
-              moved.data()[i] = value;
-              return energy(law, network, moved);
-            },
-            u.data()[i], 1e-4);
-        CHECK(std::abs(d.value - g.data()[i]) <= 10.0 * d.error + 1e-9 * scale);
-      }
-      CHECK(g.rowwise().sum().norm() <= 1e-13 * scale * static_cast<double>(g.cols()));
-      Vec3 torque = Vec3::Zero();
-      for (Eigen::Index i = 0; i < g.cols(); ++i)
-        torque += Vec3(network.rest.col(i) + u.col(i)).cross(Vec3(g.col(i)));
-      CHECK(torque.norm() <= 1e-12 * scale * static_cast<double>(g.cols()));
-    });
+  for (const Material& material : materials()) {
+    const Network network = block_network(material, 3, 2, 4);
+    const Positions u = noise(network.node_count(), 0.05);
+    const Positions g = gradient_at(material, network, u);
+    const double scale = g.cwiseAbs().maxCoeff();
+    for (const Eigen::Index i : {0, 7, 40, 71}) {
+      const Derivative d = central_derivative(
+          [&](double value) {
+            Positions moved = u;
+            moved.data()[i] = value;
+            return energy_at(material, network, moved);
+          },
+          u.data()[i], 1e-4);
+      CHECK(std::abs(d.value - g.data()[i]) <= 10.0 * d.error + 1e-9 * scale);
+    }
+    const double rounding = 1e-15 * scale * static_cast<double>(network.bonds.size());
+    CHECK(g.colwise().sum().norm() <= rounding);
+    Vec3 torque = Vec3::Zero();
+    for (Eigen::Index i = 0; i < g.rows(); ++i) {
+      torque += Vec3(network.rest.row(i) + u.row(i)).cross(Vec3(g.row(i)));
+    }
+    CHECK(torque.norm() <= 10.0 * rounding);
   }
 }
 
 TEST_CASE("The Hessian is the derivative of the gradient, and symmetric") {
-  for (const bond::AnyLaw& any : {harmonic, fene_lj, shifted}) {
-    with(any, [&](const auto& law) {
-      const Network network = cubic_lattice(block_of(any, 2, 3, 3));
-      const Positions u = noise(network.rest.cols(), 0.05);
-      const auto entries = hessian(law, network, u);
-      Eigen::SparseMatrix<double> sparse(u.size(), u.size());
-      sparse.setFromTriplets(entries.begin(), entries.end());
-      const Eigen::MatrixXd h(sparse);
+  for (const Material& material : materials()) {
+    const Network network = block_network(material, 2, 3, 3);
+    for (const double amplitude : {0.05, 0.0}) {  // 0: every straight angle at exactly 180 degrees
+      const Positions u = noise(network.node_count(), amplitude);
+      const Eigen::MatrixXd h = hessian_at(material, network, u);
       const double scale = h.cwiseAbs().maxCoeff();
-      CHECK((h - h.transpose()).cwiseAbs().maxCoeff() <= 1e-15 * scale);
+      CHECK((h - h.transpose()).cwiseAbs().maxCoeff() <= 1e-14 * scale);
       const double step = 1e-5;
       for (const Eigen::Index i : {0, 10, 26, 53}) {
         Positions up = u;
@@ -104,23 +158,22 @@ TEST_CASE("The Hessian is the derivative of the gradient, and symmetric") {
         up.data()[i] += step;
         down.data()[i] -= step;
         const Positions difference =
-            (gradient(law, network, up) - gradient(law, network, down)) / (2.0 * step);
+            (gradient_at(material, network, up) - gradient_at(material, network, down)) / (2.0 * step);
         CHECK((difference.reshaped() - h.col(i)).cwiseAbs().maxCoeff() <= 1e-6 * scale);
       }
-    });
+    }
   }
 }
 
 TEST_CASE("The energy does not change when the body is moved or turned") {
-  with(fene_lj, [&](const auto& law) {
-    const Network network = cubic_lattice(block_of(fene_lj, 3, 3, 3));
-    const Positions u = noise(network.rest.cols(), 0.05);
-    const double before = energy(law, network, u);
-    const Eigen::Matrix3d turn = Eigen::AngleAxisd(0.7, Vec3(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
-    const Positions x = network.rest + u;
-    const Positions turned = (turn * x).colwise() + Vec3(3.0, -2.0, 5.0);
-    CHECK(energy(law, network, turned - network.rest) == Approx(before).epsilon(1e-13));
-  });
+  const Material material{fene_lj, 95.0};
+  const Network network = block_network(material, 3, 3, 3);
+  const Positions u = noise(network.node_count(), 0.05);
+  const double before = energy_at(material, network, u);
+  const Mat3 turn = Eigen::AngleAxisd(0.7, Vec3(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
+  const Positions x = network.rest + u;
+  const Positions turned = (x * turn.transpose()).rowwise() + Vec3(3.0, -2.0, 5.0).transpose();
+  CHECK(energy_at(material, network, turned - network.rest) == Approx(before).epsilon(1e-13));
 }
 
 TEST_CASE("A pair held at a length pulls with the tension of its bond") {
@@ -135,19 +188,18 @@ TEST_CASE("A pair held at a length pulls with the tension of its bond") {
 }
 
 TEST_CASE("The stress is the derivative of the stored energy by the length") {
-  with(fene_lj, [&](const auto& law) {
-    const Block bar = block_of(fene_lj, 2, 3, 6);
-    const Network network = cubic_lattice(bar);
-    const auto stored = [&](double strain) {
-      const Positions u = (network.rest.array().colwise() * Eigen::Array3d(0.0, 0.0, strain)).matrix();
-      return energy(law, network, u);
-    };
-    for (const double strain : {-0.1, 0.05, 0.3}) {
-      const Derivative d = central_derivative(stored, strain, 1e-4);
-      CHECK(pull_to_strain(fene_lj, bar, true, strain).stress * bar.section() * bar.length() ==
-            Approx(d.value).epsilon(1e-8));
-    }
-  });
+  const Block bar = block_of(fene_lj, 2, 3, 6);
+  const Network network = cubic_lattice(bar);
+  const auto stored = [&](double strain) {
+    Positions u = no_load(network);
+    u.col(2) = strain * network.rest.col(2);
+    return energy_at({fene_lj, 0.0}, network, u);
+  };
+  for (const double strain : {-0.1, 0.05, 0.3}) {
+    const Derivative d = central_derivative(stored, strain, 1e-4);
+    CHECK(pull_to_strain(fene_lj, bar, true, strain).stress * bar.section() * bar.length() ==
+          Approx(d.value).epsilon(1e-8));
+  }
 }
 
 TEST_CASE("Load control finds the strain that displacement control was given") {
@@ -188,43 +240,54 @@ TEST_CASE("A compressed chain that may move sideways is unstable, and says how o
 }
 
 TEST_CASE("A stretched chain that may move sideways returns to its axis") {
-  const Block chain = block_of(fene_lj, 1, 1, 6);
-  const Network network = cubic_lattice(chain);
-  Held held = Held::Constant(3, 6, false);
-  held.col(0).setConstant(true);
-  held.col(5).setConstant(true);
-  Positions u = Positions::Zero(3, 6);
-  u.row(2) = 0.1 * network.rest.row(2);
-  u(0, 2) = 0.1;
-  u(1, 3) = -0.05;
-  const Equilibrium e = equilibrium(fene_lj, network, u, held, Positions::Zero(3, 6));
-  CHECK(e.u.topRows(2).cwiseAbs().maxCoeff() < 1e-12);
+  const Network network = cubic_lattice(block_of(fene_lj, 1, 1, 6));
+  Held held = Held::Constant(6, 3, false);
+  held.row(0).setConstant(true);
+  held.row(5).setConstant(true);
+  Positions u = no_load(network);
+  u.col(2) = 0.1 * network.rest.col(2);
+  u(2, 0) = 0.1;
+  u(3, 1) = -0.05;
+  const Equilibrium e = equilibrium({fene_lj, 0.0}, network, u, held, no_load(network));
+  CHECK(e.u.leftCols(2).cwiseAbs().maxCoeff() < 1e-12);
   CHECK(e.residual <= 1e-12);
-  CHECK(e.reaction.rowwise().sum().norm() < 1e-10);
+  CHECK(e.reaction.colwise().sum().norm() < 1e-10);
 }
 
 TEST_CASE("The equilibrium does not depend on where the search starts") {
   const Block bar = block_of(fene_lj, 2, 2, 8);
   const Network network = cubic_lattice(bar);
-  Held held = Held::Constant(3, bar.node_count(), true);
-  held.row(2).segment(4, bar.node_count() - 8).setConstant(false);
+  Held held = Held::Constant(bar.node_count(), 3, true);
+  held.col(2).segment(4, bar.node_count() - 8).setConstant(false);
   const double expected = pull_to_strain(fene_lj, bar, true, 0.2).stress;
-  Positions u = Positions::Zero(3, bar.node_count());
-  u.row(2) = 0.2 * network.rest.row(2);
-  const Positions off = noise(u.cols(), 0.05);
-  for (Eigen::Index i = 0; i < u.cols(); ++i) {
-    if (!held(2, i)) u(2, i) += off(2, i);
+  Positions u = no_load(network);
+  u.col(2) = 0.2 * network.rest.col(2);
+  const Positions off = noise(u.rows(), 0.05);
+  for (Eigen::Index i = 0; i < u.rows(); ++i) {
+    if (!held(i, 2)) u(i, 2) += off(i, 2);
   }
-  const Equilibrium e = equilibrium(fene_lj, network, u, held, Positions::Zero(3, u.cols()));
-  CHECK(e.reaction.row(2).tail(4).sum() / bar.section() == Approx(expected).epsilon(1e-12));
+  const Equilibrium e = equilibrium({fene_lj, 0.0}, network, u, held, no_load(network));
+  CHECK(e.reaction.col(2).tail(4).sum() / bar.section() == Approx(expected).epsilon(1e-12));
 }
 
 TEST_CASE("A start outside the law's domain is refused") {
   const Network network = cubic_lattice(block_of(fene_lj, 1, 1, 3));
-  Positions u = Positions::Zero(3, 3);
+  Positions u = no_load(network);
   u(2, 2) = 0.6;
-  CHECK_THROWS_WITH(equilibrium(fene_lj, network, u, Held::Constant(3, 3, true), Positions::Zero(3, 3)),
+  CHECK_THROWS_WITH(equilibrium({fene_lj, 0.0}, network, u, Held::Constant(3, 3, true), no_load(network)),
                     ContainsSubstring("outside the domain"));
+}
+
+TEST_CASE("With angles a lattice at rest has no zero modes but its six rigid motions") {
+  const Material material{harmonic, 0.025};
+  const Network network = block_network(material, 3, 2, 3);
+  const Eigen::MatrixXd h = hessian_at(material, network, no_load(network));
+  const Eigen::VectorXd eigenvalues = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(h).eigenvalues();
+  CHECK(eigenvalues.head(6).cwiseAbs().maxCoeff() < 1e-14);
+  CHECK(eigenvalues[6] > 1e-4);
+  CHECK_THROWS_WITH(
+      equilibrium(material, network, no_load(network), Held::Constant(18, 3, false), no_load(network)),
+      ContainsSubstring("mechanism: 6 zero modes"));
 }
 
 TEST_CASE("The modulus of a bar scales with powers of two bit for bit") {

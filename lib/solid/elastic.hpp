@@ -1,0 +1,164 @@
+/// Energy of a network, its gradient and its Hessian, compiled for one bond law and for angles or none.
+///
+/// The energy is a function of the bonds' vectors alone, so its gradient is first taken by these and then
+/// handed to both ends of each bond with opposite signs: no reaction can be missing, and a rigid motion costs
+/// nothing.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <algorithm>
+#include <vector>
+
+#include "bond/laws.hpp"
+#include "solid/angle.hpp"
+#include "solid/network.hpp"
+
+namespace veriflex::solid {
+
+/// No angle term: its loops are not compiled.
+struct NoAngle {};
+
+struct HarmonicAngle {
+  double stiffness;  // k_a  [M L^2 T^-2]
+};
+
+/// What the network is made of.
+struct Material {
+  bond::AnyLaw law;
+  double angle_stiffness;  // k_a; 0 for a network without angles  [M L^2 T^-2]
+};
+
+/// Calls use(law, angle) with the types that the material stands for.
+template <class Use>
+auto visit(const Material& material, Use use) {
+  return std::visit(
+      [&](const auto& law) {
+        return material.angle_stiffness == 0.0 ? use(law, NoAngle{})
+                                               : use(law, HarmonicAngle{material.angle_stiffness});
+      },
+      material.law);
+}
+
+/// Arrays that a force evaluation needs, kept between evaluations.
+struct Workspace {
+  Positions d;  // deformed vector of each bond  [L]
+  Positions g;  // gradient of the energy by it  [M L T^-2]
+};
+
+/// Deformed bond vectors into work.d; returns whether energy and gradient exist there: every bond inside the
+/// law's domain and no angle degenerate (false for NaN).
+template <bond::BondLaw Law, class AngleTerm>
+bool deform(const Law& law, const AngleTerm&, const Network& network, const Positions& u, Workspace& work) {
+  const auto bonds = static_cast<Eigen::Index>(network.bonds.size());
+  work.d.resize(bonds, 3);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double* const at = u.col(axis).data();
+    const double* const rest = network.vectors.col(axis).data();
+    double* const d = work.d.col(axis).data();
+    for (Eigen::Index b = 0; b < bonds; ++b) {
+      const Bond& bond = network.bonds[static_cast<std::size_t>(b)];
+      d[b] = rest[b] + (at[bond.second] - at[bond.first]);
+    }
+  }
+  const Interval domain = law.domain();
+  bool defined = true;
+  for (Eigen::Index b = 0; b < bonds; ++b) defined &= domain.contains(work.d.row(b).norm());
+  if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
+    for (const Angle& t : network.angles) {
+      const Vec3 a = t.sign_a * work.d.row(t.bond_a).transpose();
+      const Vec3 b = t.sign_b * work.d.row(t.bond_b).transpose();
+      // |a x b|^2 > 0 means neither flat nor folded; a straight angle may be flat the right way.
+      defined &= precise_cross(a, b).squaredNorm() > 0.0 || (t.straight && a.dot(b) < 0.0);
+    }
+  }
+  return defined;
+}
+
+/// Sum over the bonds and angles of work.d, each once  [M L^2 T^-2].
+template <bond::BondLaw Law, class AngleTerm>
+double energy(const Law& law, const AngleTerm& angle, const Network& network, const Workspace& work) {
+  double total = 0.0;
+  for (Eigen::Index b = 0; b < work.d.rows(); ++b) total += law.energy(work.d.row(b).norm());
+  if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
+    double squares = 0.0;
+    for (const Angle& t : network.angles) {
+      const double deviation = angle_state(t.sign_a * work.d.row(t.bond_a).transpose(),
+                                           t.sign_b * work.d.row(t.bond_b).transpose(), t.straight)
+                                   .deviation;
+      squares += deviation * deviation;
+    }
+    total += 0.5 * angle.stiffness * squares;
+  }
+  return total;
+}
+
+/// Gradient of the energy at work.d, one row per node: minus the force on it  [M L T^-2].
+template <bond::BondLaw Law, class AngleTerm>
+void gradient(const Law& law, const AngleTerm& angle, const Network& network, Workspace& work,
+              Positions& by_node) {
+  work.g.resize(work.d.rows(), 3);
+  for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
+    const double r = work.d.row(b).norm();
+    work.g.row(b) = law.tension(r) / r * work.d.row(b);
+  }
+  if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
+    for (const Angle& t : network.angles) {
+      const Vec3 a = t.sign_a * work.d.row(t.bond_a).transpose();
+      const Vec3 b = t.sign_b * work.d.row(t.bond_b).transpose();
+      const AngleGradient g = angle_gradient(angle_state(a, b, t.straight), a, b);
+      work.g.row(t.bond_a) += angle.stiffness * t.sign_a * g.a.transpose();
+      work.g.row(t.bond_b) += angle.stiffness * t.sign_b * g.b.transpose();
+    }
+  }
+  by_node.setZero(network.node_count(), 3);
+  for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
+    const Bond& bond = network.bonds[static_cast<std::size_t>(b)];
+    by_node.row(bond.second) += work.g.row(b);
+    by_node.row(bond.first) -= work.g.row(b);
+  }
+}
+
+/// Second derivatives of the energy at work.d as triplets over coordinates axis * nodes + node; entries of
+/// one pair may repeat and add up  [M T^-2].
+template <bond::BondLaw Law, class AngleTerm>
+std::vector<Eigen::Triplet<double>> hessian(const Law& law, const AngleTerm& angle, const Network& network,
+                                            const Workspace& work) {
+  const auto nodes = static_cast<int>(network.node_count());
+  std::vector<Eigen::Triplet<double>> entries;
+  entries.reserve(36 * network.bonds.size() + 144 * network.angles.size());
+  // The block of (bond p, bond q), spread over the ends of both.
+  const auto add = [&](std::int32_t p, std::int32_t q, const Mat3& block) {
+    const Bond& bond_p = network.bonds[static_cast<std::size_t>(p)];
+    const Bond& bond_q = network.bonds[static_cast<std::size_t>(q)];
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) {
+        entries.emplace_back(i * nodes + bond_p.second, j * nodes + bond_q.second, block(i, j));
+        entries.emplace_back(i * nodes + bond_p.first, j * nodes + bond_q.first, block(i, j));
+        entries.emplace_back(i * nodes + bond_p.second, j * nodes + bond_q.first, -block(i, j));
+        entries.emplace_back(i * nodes + bond_p.first, j * nodes + bond_q.second, -block(i, j));
+      }
+    }
+  };
+  for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
+    const Vec3 d = work.d.row(b);
+    const double r = d.norm();
+    const double across = law.tension(r) / r;
+    add(static_cast<std::int32_t>(b), static_cast<std::int32_t>(b),
+        (law.stiffness(r) - across) / (r * r) * d * d.transpose() + across * Mat3::Identity());
+  }
+  if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
+    for (const Angle& t : network.angles) {
+      const Vec3 a = t.sign_a * work.d.row(t.bond_a).transpose();
+      const Vec3 b = t.sign_b * work.d.row(t.bond_b).transpose();
+      const AngleHessian h = angle_hessian(angle_state(a, b, t.straight), a, b);
+      const double mixed = angle.stiffness * t.sign_a * t.sign_b;
+      add(t.bond_a, t.bond_a, angle.stiffness * h.aa);
+      add(t.bond_b, t.bond_b, angle.stiffness * h.bb);
+      add(t.bond_a, t.bond_b, mixed * h.ab);
+      add(t.bond_b, t.bond_a, mixed * h.ab.transpose());
+    }
+  }
+  return entries;
+}
+
+}  // namespace veriflex::solid
