@@ -207,19 +207,6 @@ AtLength derive_at(const AnyLaw& law, double length) {
   return {k * length, k / length};
 }
 
-double energy(const AnyLaw& law, double r) {
-  return std::visit([r](const auto& l) { return l.energy(r); }, law);
-}
-double tension(const AnyLaw& law, double r) {
-  return std::visit([r](const auto& l) { return l.tension(r); }, law);
-}
-double stiffness(const AnyLaw& law, double r) {
-  return std::visit([r](const auto& l) { return l.stiffness(r); }, law);
-}
-Interval domain(const AnyLaw& law) {
-  return std::visit([](const auto& l) { return l.domain(); }, law);
-}
-
 Calibration calibrate(const AnyLaw& prototype, double young, double spacing, double poisson) {
   require_positive("young", young);
   require_positive("spacing", spacing);

@@ -59,11 +59,6 @@ struct AtLength {
 };
 AtLength derive_at(const AnyLaw& law, double length);
 
-double energy(const AnyLaw& law, double r);
-double tension(const AnyLaw& law, double r);
-double stiffness(const AnyLaw& law, double r);
-Interval domain(const AnyLaw& law);
-
 struct Calibration {
   AnyLaw law;
   double angle_stiffness;  // k_a = r0^3 E / (8 (1 + nu))  [M L^2 T^-2]

@@ -98,6 +98,19 @@ std::string name_of(const AnyLaw& law) {
   return std::visit([]<class Law>(const Law&) { return std::string(Law::name); }, law);
 }
 
+double energy(const AnyLaw& law, double r) {
+  return std::visit([r](const auto& l) { return l.energy(r); }, law);
+}
+double tension(const AnyLaw& law, double r) {
+  return std::visit([r](const auto& l) { return l.tension(r); }, law);
+}
+double stiffness(const AnyLaw& law, double r) {
+  return std::visit([r](const auto& l) { return l.stiffness(r); }, law);
+}
+Interval domain(const AnyLaw& law) {
+  return std::visit([](const auto& l) { return l.domain(); }, law);
+}
+
 std::vector<NamedValue> parameters_of(const AnyLaw& law) {
   return std::visit(
       []<class Law>(const Law& l) {

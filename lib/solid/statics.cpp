@@ -2,90 +2,20 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/SparseCholesky>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "base/error.hpp"
+#include "solid/freedom.hpp"
 
 namespace veriflex::solid {
 
 namespace {
 
-using Sparse = Eigen::SparseMatrix<double>;
-using Cholesky = Eigen::SimplicialLDLT<Sparse>;
-
 constexpr double wanted_residual = 1e-12;
 constexpr int most_iterations = 200;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-// Eigenvalues of the Hessian below this part of its norm are zero: rounding leaves up to about 1e-15 of it.
-constexpr double zero_mode = 1e-12;
-
-// Numbers the free coordinates.
-struct Freedom {
-  Eigen::VectorXi number;  // of coordinate axis * nodes + node; -1 where held
-  int count = 0;
-
-  explicit Freedom(const Held& held) : number(held.size()) {
-    for (Eigen::Index i = 0; i < held.size(); ++i) number[i] = held.data()[i] ? -1 : count++;
-  }
-  Eigen::VectorXd gather(const Positions& all) const {
-    Eigen::VectorXd free(count);
-    for (Eigen::Index i = 0; i < number.size(); ++i) {
-      if (number[i] >= 0) free[number[i]] = all.data()[i];
-    }
-    return free;
-  }
-  Positions scatter(const Eigen::VectorXd& free, double scale) const {
-    Positions all = Positions::Zero(number.size() / 3, 3);
-    for (Eigen::Index i = 0; i < number.size(); ++i) {
-      if (number[i] >= 0) all.data()[i] = scale * free[number[i]];
-    }
-    return all;
-  }
-};
-
-Sparse free_part(const std::vector<Eigen::Triplet<double>>& hessian, const Freedom& freedom) {
-  std::vector<Eigen::Triplet<double>> entries;
-  for (const auto& t : hessian) {
-    const int row = freedom.number[t.row()];
-    const int col = freedom.number[t.col()];
-    if (row >= 0 && col >= 0) entries.emplace_back(row, col, t.value());
-  }
-  Sparse h(freedom.count, freedom.count);
-  h.setFromTriplets(entries.begin(), entries.end());
-  return h;
-}
-
-double infinity_norm(const Sparse& h) {
-  Eigen::VectorXd sums = Eigen::VectorXd::Zero(h.rows());
-  for (Eigen::Index k = 0; k < h.outerSize(); ++k) {
-    for (Sparse::InnerIterator it(h, k); it; ++it) sums[it.row()] += std::abs(it.value());
-  }
-  return sums.size() == 0 ? 0.0 : sums.maxCoeff();
-}
-
-// How many eigenvalues of h lie below `shift`, by Sylvester's law of inertia.
-Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
-  Sparse shifted = h;
-  for (Eigen::Index i = 0; i < h.rows(); ++i) shifted.coeffRef(i, i) -= shift;
-  const Cholesky factor(shifted);
-  if (factor.info() != Eigen::Success) throw NumericalFailure("singular: its zero modes cannot be counted");
-  return (factor.vectorD().array() < 0.0).count();
-}
-
-[[noreturn]] void fail_as_singular(const Sparse& h, int iteration) {
-  const double small = zero_mode * infinity_norm(h);
-  // For a matrix of zeros (all bonds slack) every mode is a zero mode.
-  const Eigen::Index negative = small > 0.0 ? eigenvalues_below(h, -small) : 0;
-  const Eigen::Index zero = small > 0.0 ? eigenvalues_below(h, small) - negative : h.rows();
-  const std::string where = fmt::format("at Newton step {} over {} free coordinates", iteration, h.rows());
-  if (negative > 0)
-    throw NumericalFailure(fmt::format("unstable: {} negative, {} zero modes ({})", negative, zero, where));
-  throw NumericalFailure(fmt::format("mechanism: {} zero modes ({})", zero, where));
-}
-
 // The force that a residual is measured against: the largest tension, or what a strain of 1e-3 would give.
 // (Below that strain the rounding of a bond's length alone exceeds 1e-12 of its tension.)
 template <bond::BondLaw Law>
@@ -155,17 +85,11 @@ Equilibrium solve(const Law& law, const AngleTerm& angle, const Network& network
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration <= most_iterations; ++iteration) {
-    const Sparse h = free_part(hessian(law, angle, network, now.work), freedom);
+    const Eigen::SparseMatrix<double> h = freedom.restrict(hessian(law, angle, network, now.work));
     const double stiffest = infinity_norm(h);
     if (freedom.count > 0) {
       if (iteration == 0) factor.analyzePattern(h);
-      factor.factorize(h);
-      // A small pivot by itself is no proof of a zero mode (long chains have them), so the count decides.
-      const bool suspicious =
-          factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 100.0 * zero_mode * stiffest);
-      if (suspicious && (!(stiffest > 0.0) || eigenvalues_below(h, zero_mode * stiffest) > 0)) {
-        fail_as_singular(h, iteration);
-      }
+      factorize_stable(factor, h, iteration);
     }
     const double force = std::max(force_scale(law, now.work), load.cwiseAbs().maxCoeff());
     // Bond vectors are rounded to epsilon times themselves and the displacements: forces cannot be balanced

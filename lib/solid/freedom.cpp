@@ -1,0 +1,91 @@
+#include "solid/freedom.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/error.hpp"
+
+namespace veriflex::solid {
+
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+// Eigenvalues of the Hessian below this part of its norm are zero: rounding leaves up to about 1e-15 of it.
+constexpr double zero_mode = 1e-12;
+
+// How many eigenvalues of h lie below `shift`, by Sylvester's law of inertia.
+Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
+  Sparse shifted = h;
+  for (Eigen::Index i = 0; i < h.rows(); ++i) shifted.coeffRef(i, i) -= shift;
+  const Cholesky factor(shifted);
+  if (factor.info() != Eigen::Success) throw NumericalFailure("singular: its zero modes cannot be counted");
+  return (factor.vectorD().array() < 0.0).count();
+}
+
+[[noreturn]] void fail_as_singular(const Sparse& h, int newton_step) {
+  const double small = zero_mode * infinity_norm(h);
+  // For a matrix of zeros (all bonds slack) every mode is a zero mode.
+  const Eigen::Index negative = small > 0.0 ? eigenvalues_below(h, -small) : 0;
+  const Eigen::Index zero = small > 0.0 ? eigenvalues_below(h, small) - negative : h.rows();
+  const std::string where = fmt::format("at Newton step {} over {} free coordinates", newton_step, h.rows());
+  if (negative > 0) {
+    throw NumericalFailure(fmt::format("unstable: {} negative, {} zero modes ({})", negative, zero, where));
+  }
+  throw NumericalFailure(fmt::format("mechanism: {} zero modes ({})", zero, where));
+}
+
+}  // namespace
+
+Freedom::Freedom(const Held& held) : number(held.size()) {
+  for (Eigen::Index i = 0; i < held.size(); ++i) number[i] = held.data()[i] ? -1 : count++;
+}
+
+Eigen::VectorXd Freedom::gather(const Positions& all) const {
+  Eigen::VectorXd free(count);
+  for (Eigen::Index i = 0; i < number.size(); ++i) {
+    if (number[i] >= 0) free[number[i]] = all.data()[i];
+  }
+  return free;
+}
+
+Positions Freedom::scatter(const Eigen::VectorXd& free, double scale) const {
+  Positions all = Positions::Zero(number.size() / 3, 3);
+  for (Eigen::Index i = 0; i < number.size(); ++i) {
+    if (number[i] >= 0) all.data()[i] = scale * free[number[i]];
+  }
+  return all;
+}
+
+Sparse Freedom::restrict(const std::vector<Eigen::Triplet<double>>& entries) const {
+  std::vector<Eigen::Triplet<double>> kept;
+  kept.reserve(entries.size());
+  for (const auto& t : entries) {
+    if (number[t.row()] >= 0 && number[t.col()] >= 0)
+      kept.emplace_back(number[t.row()], number[t.col()], t.value());
+  }
+  Sparse h(count, count);
+  h.setFromTriplets(kept.begin(), kept.end());
+  return h;
+}
+
+void factorize_stable(Cholesky& factor, const Sparse& h, int newton_step) {
+  factor.factorize(h);
+  const double norm = infinity_norm(h);
+  // A small pivot by itself is no proof of a zero mode (long chains have them), so the count decides.
+  const bool suspicious =
+      factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 100.0 * zero_mode * norm);
+  if (suspicious && (!(norm > 0.0) || eigenvalues_below(h, zero_mode * norm) > 0))
+    fail_as_singular(h, newton_step);
+}
+
+double infinity_norm(const Sparse& h) {
+  Eigen::VectorXd sums = Eigen::VectorXd::Zero(h.rows());
+  for (Eigen::Index k = 0; k < h.outerSize(); ++k) {
+    for (Sparse::InnerIterator it(h, k); it; ++it) sums[it.row()] += std::abs(it.value());
+  }
+  return sums.size() == 0 ? 0.0 : sums.maxCoeff();
+}
+
+}  // namespace veriflex::solid

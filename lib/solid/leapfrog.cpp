@@ -1,0 +1,135 @@
+#include "solid/leapfrog.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "solid/modes.hpp"
+
+namespace veriflex::solid {
+
+double Drive::at(double time) const {
+  const double risen = ramp > 0.0 ? std::min(1.0, time / ramp) : 1.0;
+  return risen * amplitude * std::sin(omega * time);
+}
+
+Leapfrog::Leapfrog(const Material& material, const Network& network, const Conditions& conditions, double dt,
+                   Substeps substeps, const Positions& u, const Positions& v)
+    : material_(material),
+      network_(network),
+      conditions_(conditions),
+      dt_(dt),
+      wanted_(substeps),
+      u_(u),
+      v_(v) {
+  if (!evaluate(u_)) fail(u_);
+  divide();
+  // Back to half a sub-step before the start, so that velocity() is v.
+  const double h = dt_ / count_;
+  const double half_drag = 0.5 * conditions_.drag * h / conditions_.node_mass;
+  Positions force = -gradient_;
+  if (conditions_.load.size() > 0) force += conditions_.load;
+  v_ = v * (1.0 + half_drag) - 0.5 * h / conditions_.node_mass * force;
+}
+
+// As many sub-steps as asked for, or as the present network needs.
+void Leapfrog::divide() {
+  if (!(wanted_.safety > 0.0)) {
+    count_ = wanted_.count;
+    return;
+  }
+  stiffest_ = 0.0;
+  for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {
+    stiffest_ = std::max(stiffest_, bond::stiffness(material_.law, work_.d.row(b).norm()));
+  }
+  const Held held = conditions_.held.size() > 0 ? conditions_.held : Held::Constant(u_.rows(), 3, false);
+  const double omega = largest_frequency(material_, network_, u_, held, conditions_.node_mass);
+  count_ = std::max(1, static_cast<int>(std::ceil(dt_ * omega / (2.0 * wanted_.safety))));
+}
+
+bool Leapfrog::evaluate(const Positions& u) {
+  return visit(material_, [&](const auto& law, const auto& angle) {
+    if (!deform(law, angle, network_, u, work_)) return false;
+    gradient(law, angle, network_, work_, gradient_);
+    return true;
+  });
+}
+
+// Velocities that take the held and driven coordinates where they have to be at `time`, a sub-step from now.
+void Leapfrog::prescribe(double time, double substep) {
+  if (conditions_.held.size() > 0) v_ = conditions_.held.select(0.0, v_);
+  if (const auto& drive = conditions_.drive) {
+    for (const std::int32_t node : drive->nodes) {
+      v_(node, drive->axis) = (drive->at(time) - u_(node, drive->axis)) / substep;
+    }
+  }
+}
+
+void Leapfrog::step() {
+  if (wanted_.safety > 0.0) {
+    double stiffest = 0.0;
+    for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {
+      stiffest = std::max(stiffest, bond::stiffness(material_.law, work_.d.row(b).norm()));
+    }
+    if (stiffest > 1.1 * stiffest_ || stiffest < 0.5 * stiffest_) divide();
+  }
+  const double h = dt_ / count_;
+  const double kick = h / conditions_.node_mass;
+  const double half_drag = 0.5 * conditions_.drag * kick;
+  for (int i = 1; i <= count_; ++i) {
+    if (half_drag > 0.0) v_ *= (1.0 - half_drag) / (1.0 + half_drag);
+    v_ -= kick / (1.0 + half_drag) * gradient_;
+    if (conditions_.load.size() > 0) v_ += kick / (1.0 + half_drag) * conditions_.load;
+    prescribe(time() + i * h, h);
+    Positions next = u_ + h * v_;
+    if (!evaluate(next)) fail(next);
+    std::swap(u_, next);
+  }
+  ++steps_;
+}
+
+Positions Leapfrog::velocity() const {
+  const double kick = 0.5 * dt_ / count_ / conditions_.node_mass;
+  Positions v = v_ - kick * gradient_;
+  if (conditions_.load.size() > 0) v += kick * conditions_.load;
+  if (conditions_.drag > 0.0) v /= 1.0 + kick * conditions_.drag;
+  if (conditions_.held.size() > 0) v = conditions_.held.select(0.0, v);
+  return v;
+}
+
+void Leapfrog::reverse() {
+  // v(t - dt/2) becomes -v(t + dt/2).
+  v_ = v_ - 2.0 * (v_ - velocity());
+  v_ = -v_;
+}
+
+double Leapfrog::kinetic_energy() const { return 0.5 * conditions_.node_mass * velocity().squaredNorm(); }
+
+double Leapfrog::potential_energy() const {
+  const double elastic = visit(
+      material_, [&](const auto& law, const auto& angle) { return energy(law, angle, network_, work_); });
+  return conditions_.load.size() > 0 ? elastic - conditions_.load.cwiseProduct(u_).sum() : elastic;
+}
+
+Vec3 Leapfrog::momentum() const { return conditions_.node_mass * v_.colwise().sum().transpose(); }
+
+void Leapfrog::fail(const Positions& u) const {
+  const Interval domain = bond::domain(material_.law);
+  for (std::size_t b = 0; b < network_.bonds.size(); ++b) {
+    const Bond& bond = network_.bonds[b];
+    const double r =
+        (network_.vectors.row(static_cast<Eigen::Index>(b)) + (u.row(bond.second) - u.row(bond.first)))
+            .norm();
+    if (!domain.contains(r)) {
+      throw NumericalFailure(fmt::format(
+          "step {}: bond of nodes {} and {} has length {}, {} is defined between {} and {}", steps_ + 1,
+          bond.first, bond.second, r, bond::name_of(material_.law), domain.lo, domain.hi));
+    }
+  }
+  throw NumericalFailure(
+      fmt::format("step {}: an angle is folded back or flat, where its force does not exist", steps_ + 1));
+}
+
+}  // namespace veriflex::solid

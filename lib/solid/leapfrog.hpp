@@ -1,0 +1,91 @@
+/// Motion of a network by leap-frog: velocities live at half steps.                          [wu-qi-2014,
+/// Eqs. 19-20]
+///
+///   m v(t + dt/2) = m v(t - dt/2) + dt F(u(t)),   u(t + dt) = u(t) + dt v(t + dt/2)
+///
+/// with a viscous drag gamma v per node taken at the middle of the step. Second order, reversible without
+/// drag, and stable for small oscillations up to dt = 2/omega_max.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "solid/elastic.hpp"
+#include "solid/statics.hpp"
+
+namespace veriflex::solid {
+
+/// Prescribed motion of some nodes along one axis: u = amplitude sin(omega t), risen linearly over `ramp`.
+struct Drive {
+  std::vector<std::int32_t> nodes;
+  int axis;
+  double amplitude;  // [L]
+  double omega;      // [T^-1]
+  double ramp;       // duration of the rise; 0 for an abrupt start  [T]
+
+  double at(double time) const;
+};
+
+/// How the body is held, driven and loaded. An empty matrix is absent: no pass over the nodes is made for it.
+struct Conditions {
+  double node_mass = 1.0;  // [M]
+  double drag = 0.0;       // gamma, force per velocity and node  [M T^-1]
+  Held held;               // coordinates that stay where they start
+  Positions load;          // dead load  [M L T^-2]
+  std::optional<Drive> drive;
+};
+
+/// How finely one step is divided.
+struct Substeps {
+  int count = 1;        // ignored when `safety` is given
+  double safety = 0.0;  // > 0: as many as keep the step below safety * 2/omega_max of the present network
+};
+
+class Leapfrog {
+ public:
+  /// Starts at displacement u and velocity v at time 0. Throws NumericalFailure when the energy does not
+  /// exist at u.
+  Leapfrog(const Material& material, const Network& network, const Conditions& conditions, double dt,
+           Substeps substeps, const Positions& u, const Positions& v);
+
+  /// Advances by dt. Throws NumericalFailure with the step, the two nodes, the bond's length and its bounds
+  /// when a bond leaves its law's domain, and with the step when an angle degenerates; the state is then that
+  /// of the last good step.
+  void step();
+
+  const Positions& displacement() const { return u_; }
+  /// Velocity half a (sub-)step ago: what the scheme carries.
+  const Positions& half_velocity() const { return v_; }
+  /// Velocity now, second order: half a kick after half_velocity().
+  Positions velocity() const;
+  /// Reverses time: a run forward, this, and the same run again end where they began.
+  void reverse();
+
+  double time() const { return static_cast<double>(steps_) * dt_; }
+  std::int64_t steps() const { return steps_; }
+  int substeps() const { return count_; }
+
+  double kinetic_energy() const;    // of velocity()  [M L^2 T^-2]
+  double potential_energy() const;  // elastic, and of the dead load  [M L^2 T^-2]
+  Vec3 momentum() const;            // of half_velocity()  [M L T^-1]
+
+ private:
+  void divide();
+  bool evaluate(const Positions& u);
+  void prescribe(double time, double substep);
+  [[noreturn]] void fail(const Positions& u) const;
+
+  Material material_;
+  const Network& network_;
+  Conditions conditions_;
+  double dt_;
+  Substeps wanted_;
+  int count_ = 1;
+  double stiffest_ = 0.0;  // largest bond stiffness when the step was divided
+  std::int64_t steps_ = 0;
+  Positions u_, v_, gradient_;
+  Workspace work_;
+};
+
+}  // namespace veriflex::solid

@@ -1,0 +1,100 @@
+#include "solid/modes.hpp"
+
+#include <Spectra/MatOp/SparseSymMatProd.h>
+#include <Spectra/MatOp/SparseSymShiftSolve.h>
+#include <Spectra/SymEigsShiftSolver.h>
+#include <Spectra/SymEigsSolver.h>
+#include <fmt/format.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "solid/freedom.hpp"
+
+namespace veriflex::solid {
+
+namespace {
+
+using Sparse = Eigen::SparseMatrix<double>;
+
+constexpr int most_iterations = 5000;
+constexpr double tolerance = 1e-11;
+// Below this many coordinates a dense solver is faster and cannot fail to converge.
+constexpr Eigen::Index dense_size = 200;
+
+double frequency(double eigenvalue, double node_mass) {
+  return std::copysign(std::sqrt(std::abs(eigenvalue) / node_mass), eigenvalue);
+}
+
+[[noreturn]] void fail_to_converge(const char* what) {
+  throw NumericalFailure(fmt::format("{} not found after {} Lanczos restarts", what, most_iterations));
+}
+
+}  // namespace
+
+Sparse free_hessian(const Material& material, const Network& network, const Positions& u, const Held& held) {
+  return visit(material, [&](const auto& law, const auto& angle) {
+    Workspace work;
+    if (!deform(law, angle, network, u, work)) {
+      throw NumericalFailure(
+          "the energy has no Hessian: a bond outside its law's domain or a degenerate angle");
+    }
+    return Freedom(held).restrict(hessian(law, angle, network, work));
+  });
+}
+
+double largest_frequency(const Material& material, const Network& network, const Positions& u,
+                         const Held& held, double node_mass) {
+  const Sparse h = free_hessian(material, network, u, held);
+  if (h.rows() == 0) return 0.0;
+  if (h.rows() <= dense_size) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> all(Eigen::MatrixXd(h), Eigen::EigenvaluesOnly);
+    return frequency(all.eigenvalues().maxCoeff(), node_mass);
+  }
+  Spectra::SparseSymMatProd<double> product(h);
+  Spectra::SymEigsSolver<Spectra::SparseSymMatProd<double>> solver(product, 1, 30);
+  solver.init();
+  solver.compute(Spectra::SortRule::LargestAlge, most_iterations, tolerance);
+  if (solver.info() != Spectra::CompInfo::Successful) fail_to_converge("largest frequency");
+  return frequency(solver.eigenvalues()[0], node_mass);
+}
+
+Eigen::VectorXd lowest_frequencies(const Material& material, const Network& network, const Positions& u,
+                                   const Held& held, double node_mass, int count) {
+  const Sparse h = free_hessian(material, network, u, held);
+  const int wanted = std::min(count, static_cast<int>(h.rows()));
+  Eigen::VectorXd eigenvalues;
+  if (h.rows() <= dense_size) {
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> all(Eigen::MatrixXd(h), Eigen::EigenvaluesOnly);
+    eigenvalues = all.eigenvalues().head(wanted);
+  } else {
+    // A shift just below zero: never singular for a stable state, and near the modes that are wanted.
+    const double shift = -1e-9 * h.norm();
+    Spectra::SparseSymShiftSolve<double> solve(h);
+    Spectra::SymEigsShiftSolver<Spectra::SparseSymShiftSolve<double>> solver(solve, wanted,
+                                                                             std::max(40, 3 * wanted), shift);
+    solver.init();
+    solver.compute(Spectra::SortRule::LargestMagn, most_iterations, tolerance);
+    if (solver.info() != Spectra::CompInfo::Successful) fail_to_converge("lowest frequencies");
+    eigenvalues = solver.eigenvalues();
+    std::sort(eigenvalues.begin(), eigenvalues.end());
+  }
+  return eigenvalues.unaryExpr([&](double e) { return frequency(e, node_mass); });
+}
+
+Positions linear_response(const Material& material, const Network& network, const Held& held,
+                          const Positions& load) {
+  const Freedom freedom(held);
+  const Sparse h = free_hessian(material, network, Positions::Zero(network.node_count(), 3), held);
+  Cholesky factor;
+  factor.analyzePattern(h);
+  factorize_stable(factor, h, 0);
+  const Eigen::VectorXd force = freedom.gather(load);
+  Eigen::VectorXd u = factor.solve(force);
+  u += factor.solve(force - h * u);  // one step of refinement: slender bodies are ill conditioned
+  return freedom.scatter(u, 1.0);
+}
+
+}  // namespace veriflex::solid

@@ -1,0 +1,216 @@
+#include <cmath>
+#include <numbers>
+#include <random>
+
+#include "base/error.hpp"
+#include "bond/derive.hpp"
+#include "catch.hpp"
+#include "solid/leapfrog.hpp"
+#include "solid/modes.hpp"
+
+using namespace veriflex;
+using namespace veriflex::solid;
+
+namespace {
+
+const bond::AnyLaw paper_fene =
+    bond::make_law("fene-lj", [](const std::string& name) -> std::optional<double> {
+      if (name == "depth") return 2.86970720062559e-4;
+      if (name == "diameter") return 1.040694052478347;
+      return std::nullopt;
+    });
+const Material glsm{bond::Harmonic{0.26, 1.0}, 0.025};
+const Material glnsm{paper_fene, 0.025};
+
+Network bar(std::int64_t n, std::int64_t m, std::int64_t l) {
+  Network network = cubic_lattice({{n, m, l}, 1.0});
+  add_angles(network);
+  return network;
+}
+
+Positions noise(const Network& network, double amplitude) {
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-amplitude, amplitude);
+  Positions u(network.node_count(), 3);
+  for (double& component : u.reshaped()) component = uniform(random);
+  return u;
+}
+
+Positions zero(const Network& network) { return Positions::Zero(network.node_count(), 3); }
+Held nothing_held(const Network& network) { return Held::Constant(network.node_count(), 3, false); }
+
+}  // namespace
+
+TEST_CASE("The filament's largest frequency is what the lattice gives, the same for both laws at rest") {
+  Network rod = rod_lattice({2.5, 51, 1.0});
+  add_angles(rod);
+  const double omega = largest_frequency(glsm, rod, zero(rod), nothing_held(rod), 1.0);
+  CHECK(omega * omega == Approx(2.36227392).epsilon(1e-8));
+  CHECK(2.0 / omega == Approx(1.301262).epsilon(1e-6));
+  CHECK(largest_frequency(glnsm, rod, zero(rod), nothing_held(rod), 1.0) == Approx(omega).epsilon(1e-9));
+}
+
+TEST_CASE("No finite body oscillates faster than the infinite lattice: omega^2 = (4 k + 64 k_a)/m") {
+  double last = 0.0;
+  for (const std::int64_t n : {3, 6, 10}) {
+    const Network cube = bar(n, n, n);
+    const double omega = largest_frequency(glsm, cube, zero(cube), nothing_held(cube), 1.0);
+    CHECK(omega * omega < 4.0 * 0.26 + 64.0 * 0.025);
+    CHECK(omega > last);
+    last = omega;
+  }
+  CHECK(last * last > 0.95 * 2.64);
+}
+
+TEST_CASE("A free body has six modes of frequency zero, dense or sparse") {
+  for (const std::int64_t length : {3, 14}) {
+    const Network network = bar(3, 3, length);
+    const Eigen::VectorXd omega =
+        lowest_frequencies(glsm, network, zero(network), nothing_held(network), 1.0, 8);
+    REQUIRE(omega.size() == 8);
+    CHECK(omega.head(6).cwiseAbs().maxCoeff() < 1e-5);
+    CHECK(omega[6] > 1e-3);
+  }
+}
+
+TEST_CASE("A chain of springs has the frequencies 2 sqrt(k/m) sin(pi j / 2n)") {
+  const int n = 20;
+  const Network chain = cubic_lattice({{1, 1, n}, 1.0});
+  Held held = nothing_held(chain);
+  held.leftCols(2).setConstant(true);
+  const Eigen::VectorXd omega =
+      lowest_frequencies({bond::Harmonic{0.26, 1.0}, 0.0}, chain, zero(chain), held, 1.0, 5);
+  for (int j = 1; j < 5; ++j) {
+    CHECK(omega[j] ==
+          Approx(2.0 * std::sqrt(0.26) * std::sin(std::numbers::pi * j / (2.0 * n))).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("A harmonic pair swings with the frequency of the leap-frog scheme to round-off") {
+  const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
+  const double k = 0.26;
+  const double dt = 0.5;
+  const double omega = 2.0 / dt * std::asin(0.5 * dt * std::sqrt(2.0 * k));
+  Positions u = zero(pair);
+  u(0, 2) = -0.05;
+  u(1, 2) = 0.05;
+  Leapfrog motion({bond::Harmonic{k, 1.0}, 0.0}, pair, {}, dt, {}, u, zero(pair));
+  for (int step = 1; step <= 2000; ++step) {
+    motion.step();
+    CHECK(std::abs(motion.displacement()(1, 2) - 0.05 * std::cos(omega * step * dt)) < 1e-12);
+  }
+}
+
+TEST_CASE("Momentum stays what it was when nothing holds the body") {
+  for (const Material& material : {glsm, glnsm}) {
+    const Network network = bar(3, 2, 5);
+    Leapfrog motion(material, network, {}, 0.2, {}, noise(network, 0.03), noise(network, 0.01));
+    const Vec3 before = motion.momentum();
+    for (int step = 0; step < 2000; ++step) motion.step();
+    CHECK((motion.momentum() - before).norm() < 1e-14);
+  }
+}
+
+TEST_CASE("The energy error is bounded and of second order in the step") {
+  for (const Material& material : {glsm, glnsm}) {
+    const Network network = bar(2, 2, 4);
+    const auto worst = [&](double dt) {
+      Leapfrog motion(material, network, {}, dt, {}, noise(network, 0.01), zero(network));
+      const double start = motion.kinetic_energy() + motion.potential_energy();
+      double error = 0.0;
+      for (int step = 0; step < static_cast<int>(100.0 / dt); ++step) {
+        motion.step();
+        error = std::max(error, std::abs(motion.kinetic_energy() + motion.potential_energy() - start));
+      }
+      return error;
+    };
+    CHECK(std::log2(worst(0.1) / worst(0.05)) == Approx(2.0).margin(0.1));
+  }
+}
+
+TEST_CASE("A run back in time ends where it began") {
+  const Network network = bar(2, 2, 5);
+  const Positions u = noise(network, 0.03);
+  Leapfrog motion(glnsm, network, {}, 0.2, {}, u, zero(network));
+  for (int step = 0; step < 500; ++step) motion.step();
+  CHECK((motion.displacement() - u).cwiseAbs().maxCoeff() > 1e-3);
+  motion.reverse();
+  for (int step = 0; step < 500; ++step) motion.step();
+  CHECK((motion.displacement() - u).cwiseAbs().maxCoeff() < 1e-10);
+}
+
+TEST_CASE("n sub-steps of dt/n are n steps of dt/n") {
+  const Network network = bar(2, 2, 3);
+  const Positions u = noise(network, 0.02);
+  Leapfrog divided(glsm, network, {}, 0.8, {4, 0.0}, u, zero(network));
+  Leapfrog fine(glsm, network, {}, 0.2, {}, u, zero(network));
+  for (int step = 0; step < 50; ++step) divided.step();
+  for (int step = 0; step < 200; ++step) fine.step();
+  CHECK(divided.displacement() == fine.displacement());
+}
+
+TEST_CASE(
+    "Automatic sub-steps keep the step below the safe part of the linear limit, and rise with compression") {
+  const Network network = bar(2, 2, 3);
+  Positions squeezed = zero(network);
+  squeezed.col(2) = -0.1 * network.rest.col(2);
+  const double omega = largest_frequency(glnsm, network, zero(network), nothing_held(network), 1.0);
+  Leapfrog relaxed(glnsm, network, {}, 1.0, {1, 0.25}, zero(network), zero(network));
+  CHECK(relaxed.substeps() == static_cast<int>(std::ceil(omega / 0.5)));
+  Leapfrog tense(glnsm, network, {}, 1.0, {1, 0.25}, squeezed, zero(network));
+  CHECK(tense.substeps() > relaxed.substeps());
+}
+
+TEST_CASE(
+    "Held nodes stay, driven nodes go where they are told, a loaded body with drag ends at its static "
+    "response") {
+  const Network network = bar(2, 2, 4);
+  Conditions conditions;
+  conditions.held = nothing_held(network);
+  conditions.held.topRows(4).setConstant(true);
+  conditions.load = zero(network);
+  conditions.load.col(0).tail(4).setConstant(1e-7);
+  conditions.drag = 0.15;
+  Leapfrog motion(glsm, network, conditions, 0.5, {}, zero(network), zero(network));
+  for (int step = 0; step < 40000; ++step) motion.step();
+  CHECK(motion.displacement().topRows(4).cwiseAbs().maxCoeff() == 0.0);
+  const Positions still = linear_response(glsm, network, conditions.held, conditions.load);
+  CHECK((motion.displacement() - still).cwiseAbs().maxCoeff() < 1e-5 * still.cwiseAbs().maxCoeff());
+
+  Conditions driven;
+  driven.drive = Drive{{15}, 1, 0.01, 0.05, 40.0};
+  Leapfrog stroke(glsm, network, driven, 0.5, {2, 0.0}, zero(network), zero(network));
+  for (int step = 0; step < 100; ++step) {
+    stroke.step();
+    CHECK(stroke.displacement()(15, 1) ==
+          Approx(driven.drive->at(stroke.time())).epsilon(1e-12).margin(1e-16));
+  }
+  CHECK(stroke.displacement()(0, 1) != 0.0);
+}
+
+TEST_CASE("A bond that leaves its domain stops the run with step, nodes, length and bounds") {
+  const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
+  Positions v = zero(pair);
+  v(1, 2) = 1.0;
+  Leapfrog motion({paper_fene, 0.0}, pair, {}, 1.0, {}, zero(pair), v);
+  CHECK_THROWS_WITH(
+      [&] {
+        for (int step = 0; step < 10; ++step) motion.step();
+      }(),
+      ContainsSubstring("step 1: bond of nodes 0 and 1 has length"));
+  CHECK(motion.steps() == 0);
+}
+
+TEST_CASE("Linear response of a chain of straight angles is the sum of its hinges: P sum j^2 / k_a") {
+  const int n = 12;  // two clamped nodes and 10 levers
+  Network chain = cubic_lattice({{1, 1, n}, 1.0});
+  add_angles(chain);
+  Held held = nothing_held(chain);
+  held.topRows(2).setConstant(true);
+  Positions load = zero(chain);
+  load(n - 1, 0) = 1.0;
+  const Positions u = linear_response(glsm, chain, held, load);
+  double sum = 0.0;
+  for (int j = 1; j <= n - 2; ++j) sum += j * j;
+  CHECK(u(n - 1, 0) == Approx(sum / 0.025).epsilon(1e-11));
+}
