@@ -13,10 +13,14 @@ engine::Study read_derive(const io::Section& top);
 /// Static pull on a bar of the law's bonds: stress-strain curve and modulus at zero strain.
 engine::Study read_tensile(const io::Section& top);
 
+/// Largest time step that a noisy body survives, against the linear limit.
+engine::Study read_stability(const io::Section& top);
+
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
       {"tensile", "static pull on a bar: stress-strain curve and modulus at zero strain", &read_tensile},
+      {"stability", "first time step that a noisy body does not survive", &read_stability},
   };
   return drivers;
 }
