@@ -65,8 +65,8 @@ std::vector<CaseHead> chosen(const Options& options) {
   std::vector<CaseHead> heads = engine::find_cases(options.case_folder);
   std::erase_if(heads, [&](const CaseHead& head) {
     const bool of_tier = options.tier.empty() || head.tier == options.tier || !head.problem.empty();
-    const bool of_topic =
-        options.topic.empty() || std::find(head.topics.begin(), head.topics.end(), options.topic) != head.topics.end();
+    const bool of_topic = options.topic.empty() || std::find(head.topics.begin(), head.topics.end(),
+                                                             options.topic) != head.topics.end();
     return !of_tier || !of_topic;
   });
   return heads;
@@ -77,7 +77,7 @@ void list_command(const Options& options) {
   if (options.json) {
     Json all = Json::array();
     for (const CaseHead& head : heads) {
-      Json one{{"id", head.id},         {"title", head.title}, {"tier", head.tier},
+      Json one{{"id", head.id},         {"title", head.title},   {"tier", head.tier},
                {"topics", head.topics}, {"driver", head.driver}, {"path", fs::absolute(head.path).string()}};
       if (!head.problem.empty()) one["problem"] = head.problem;
       all.push_back(one);
@@ -104,7 +104,8 @@ void plan_command(const Options& options) {
     if (!options.json) fmt::print("{}: {}\n", c.id, c.title);
     for (const scene::Built& b : c.study.plan.built) {
       built.push_back({{"module", b.module}, {"what", b.what}, {"memory_bytes", b.memory_bytes}});
-      if (!options.json) fmt::print("  built     {:<12} {} ({:.3g} MB)\n", b.module, b.what, 1e-6 * b.memory_bytes);
+      if (!options.json)
+        fmt::print("  built     {:<12} {} ({:.3g} MB)\n", b.module, b.what, 1e-6 * b.memory_bytes);
     }
     for (const scene::LeftOut& l : c.study.plan.left_out) {
       left_out.push_back({{"module", l.module}, {"why", l.why}});
@@ -142,10 +143,11 @@ void print_result(const Result& r) {
     const engine::Check& check = r.c.checks[i];
     if (o.verdict == Verdict::fail) {
       fmt::print("        {}: {}: {} measured {:.17g}, target {:.17g}, tolerance {:.3g}, margin {:.3g}. {}\n",
-                 to_string(check.place), to_string(o.verdict), o.measure, o.measured, o.target, o.tolerance, o.margin,
-                 check.statement);
+                 to_string(check.place), to_string(o.verdict), o.measure, o.measured, o.target, o.tolerance,
+                 o.margin, check.statement);
     } else if (o.verdict == Verdict::finding) {
-      fmt::print("        finding: {} (measured {:.10g}, claimed {:.10g})\n", check.statement, o.measured, o.target);
+      fmt::print("        finding: {} (measured {:.10g}, claimed {:.10g})\n", check.statement, o.measured,
+                 o.target);
     }
   }
   if (r.verdict == Verdict::error) fmt::print(stderr, "{}: {}\n", r.c.id, r.error_message);
@@ -153,14 +155,17 @@ void print_result(const Result& r) {
 
 int exit_code_of(const Result& r) {
   switch (r.verdict) {
-    case Verdict::error: return exit_code::numerical;
-    case Verdict::fail: return exit_code::check_failed;
-    default: return exit_code::success;
+    case Verdict::error:
+      return exit_code::numerical;
+    case Verdict::fail:
+      return exit_code::check_failed;
+    default:
+      return exit_code::success;
   }
 }
 
-// Runs and stores one case. A case that cannot be read is reported and, unless an earlier result stands there,
-// stored as an error, so that a report made of the folder cannot overlook it.
+// Runs and stores one case. A case that cannot be read is reported and, unless an earlier result stands
+// there, stored as an error, so that a report made of the folder cannot overlook it.
 Result run_one(const std::string& name, const Options& options, int& code) {
   const int threads = options.threads > 0 ? options.threads : omp_get_max_threads();
   omp_set_num_threads(threads);
@@ -209,7 +214,8 @@ int report_command(const std::string& results, const std::string& report) {
   }
   int status = 0;
   waitpid(child, &status, 0);
-  if (!WIFEXITED(status)) throw OutputError(words[0], "was killed before the report was complete", "Run it again");
+  if (!WIFEXITED(status))
+    throw OutputError(words[0], "was killed before the report was complete", "Run it again");
   // A script that breaks off (a missing Python module) exits with 1, which here would mean a failed check.
   return WEXITSTATUS(status) == exit_code::check_failed ? exit_code::output : WEXITSTATUS(status);
 }
@@ -218,8 +224,8 @@ int verify_command(const Options& options) {
   std::vector<std::string> names;
   for (const CaseHead& head : chosen(options)) names.push_back(head.path.string());
   if (names.empty()) {
-    throw InputError({options.case_folder}, fmt::format("holds no case of tier '{}'", options.tier), "nothing to verify",
-                     "See veriflex list");
+    throw InputError({options.case_folder}, fmt::format("holds no case of tier '{}'", options.tier),
+                     "nothing to verify", "See veriflex list");
   }
   const int code = run_all(names, options);
   if (options.json) return code;  // standard output is the JSON document
@@ -230,9 +236,10 @@ void add_run_options(CLI::App& command, Options& options) {
   command.add_option("--threads", options.threads, "threads for the loops of a case (default: all cores)")
       ->check(CLI::Range(1, 4096));
   command.add_option("--out", options.out, "folder for the result files")->capture_default_str();
-  command.add_flag("--json", options.json,
-                   "print a JSON array: per case id, verdict, findings, wall_seconds, checks (metric, measured, target, "
-                   "tolerance, margin, verdict)");
+  command.add_flag(
+      "--json", options.json,
+      "print a JSON array: per case id, verdict, findings, wall_seconds, checks (metric, measured, target, "
+      "tolerance, margin, verdict)");
 }
 
 void add_case_names(CLI::App& command, Options& options) {
@@ -283,9 +290,11 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   verify->footer("Example: veriflex verify --tier quick --out results");
   verify->callback([options, &exit_code] { exit_code = verify_command(*options); });
 
-  CLI::App* report = app.add_subcommand("report", "draw the report from result files and print the table of verdicts");
+  CLI::App* report =
+      app.add_subcommand("report", "draw the report from result files and print the table of verdicts");
   report->add_option("results", options->out, "folder of result files")->capture_default_str();
-  report->add_option("--out", options->report, "the HTML file to write (default: report.html among the results)");
+  report->add_option("--out", options->report,
+                     "the HTML file to write (default: report.html among the results)");
   report->footer("Example: veriflex report results --out report.html");
   report->callback([options, &exit_code] { exit_code = report_command(options->out, options->report); });
 }

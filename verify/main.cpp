@@ -23,10 +23,12 @@ int report_error(const std::exception& error, int code) {
 
 int main(int argc, char** argv) {
   CLI::App app("Verification of elastic bodies in lattice Boltzmann flow", "veriflex");
-  app.set_version_flag("--version", fmt::format("veriflex {} ({})", veriflex::build::version, veriflex::build::revision));
+  app.set_version_flag("--version",
+                       fmt::format("veriflex {} ({})", veriflex::build::version, veriflex::build::revision));
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 all checks passed, 1 a check failed, 2 bad input, 3 a run left its validity, 4 output failed.\n"
+      "Exit codes: 0 all checks passed, 1 a check failed, 2 bad input, 3 a run left its validity, 4 output "
+      "failed.\n"
       "Example: veriflex verify --tier quick");
   int code = exit_code::success;
   veriflex::add_case_commands(app, code);

@@ -14,7 +14,7 @@ struct Section::Node {
   std::shared_ptr<const toml::table> document;  // keeps the nodes alive
   const toml::table* table;
   std::string file;
-  std::string name;  // dotted path of this table, empty at the top
+  std::string name;                                     // dotted path of this table, empty at the top
   std::map<const toml::node*, std::string> overridden;  // values that came from --set, with its text
   std::set<std::string, std::less<>> read;
   std::set<std::string, std::less<>> asked;  // keys somebody knows, for suggestions
@@ -25,13 +25,20 @@ namespace {
 
 std::string type_name(const toml::node& node) {
   switch (node.type()) {
-    case toml::node_type::table: return "a table";
-    case toml::node_type::array: return "an array";
-    case toml::node_type::string: return "text";
-    case toml::node_type::integer: return "an integer";
-    case toml::node_type::floating_point: return "a number";
-    case toml::node_type::boolean: return "true or false";
-    default: return "a date or time";
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "text";
+    case toml::node_type::integer:
+      return "an integer";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "true or false";
+    default:
+      return "a date or time";
   }
 }
 
@@ -45,7 +52,8 @@ void apply_override(toml::table& document, const std::string& setting, const std
     throw InputError({}, fmt::format("--set {}: {}", setting, problem), why, suggestion);
   };
   const std::size_t equals = setting.find('=');
-  if (equals == std::string::npos || equals == 0) bad("not of the form key=value", "", "Write --set bond.depth=2.0");
+  if (equals == std::string::npos || equals == 0)
+    bad("not of the form key=value", "", "Write --set bond.depth=2.0");
   const std::string path = setting.substr(0, equals);
   const std::string value = setting.substr(equals + 1);
 
@@ -66,7 +74,8 @@ void apply_override(toml::table& document, const std::string& setting, const std
     if (toml::table* table = at->as_table()) {
       next = table->get(key);
     } else if (toml::array* array = at->as_array()) {
-      const bool is_index = !key.empty() && key.find_first_not_of("0123456789") == std::string::npos && key.size() < 6;
+      const bool is_index =
+          !key.empty() && key.find_first_not_of("0123456789") == std::string::npos && key.size() < 6;
       if (is_index) next = array->get(std::stoul(key));
     }
     if (next == nullptr) {
@@ -84,7 +93,8 @@ void apply_override(toml::table& document, const std::string& setting, const std
 }
 
 // The section of a table below `parent`, the same one however often it is asked for.
-std::shared_ptr<Section::Node> child(Section::Node& parent, const toml::table& table, const std::string& name) {
+std::shared_ptr<Section::Node> child(Section::Node& parent, const toml::table& table,
+                                     const std::string& name) {
   for (const auto& known : parent.below) {
     if (known->table == &table) return known;
   }
@@ -115,23 +125,28 @@ const toml::node& need(const Section& of, Section::Node& section, const std::str
     const std::string near = nearest_name(key, unread);
     const std::string where = section.name.empty() ? "the file" : fmt::format("[{}]", section.name);
     throw InputError(near.empty() ? of.place() : of.place(near), fmt::format("{} lacks '{}'", where, key),
-                     "it has no default", near.empty() ? "Add it" : fmt::format("Is '{}' a misspelling of it?", near));
+                     "it has no default",
+                     near.empty() ? "Add it" : fmt::format("Is '{}' a misspelling of it?", near));
   }
   return *node;
 }
 
 double as_number(const Section& section, const std::string& key, const toml::node& node, bool infinity_too) {
   const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
-  if (!value) section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a number is needed", "Write it without quotes, like 1.5e-3");
+  if (!value)
+    section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a number is needed",
+                 "Write it without quotes, like 1.5e-3");
   if (std::isnan(*value) || (std::isinf(*value) && !(infinity_too && *value > 0.0))) {
-    section.fail(key, fmt::format("'{}' is {}", key, *value), "a finite number is needed", "Give a finite value");
+    section.fail(key, fmt::format("'{}' is {}", key, *value), "a finite number is needed",
+                 "Give a finite value");
   }
   return *value;
 }
 
 const toml::array& as_array(const Section& section, const std::string& key, const toml::node& node) {
   if (const toml::array* array = node.as_array()) return *array;
-  section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an array is needed", "Write it in brackets: [...]");
+  section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an array is needed",
+               "Write it in brackets: [...]");
 }
 
 }  // namespace
@@ -152,10 +167,12 @@ double Section::number_or_infinity(const std::string& key) const {
 std::int64_t Section::integer(const std::string& key, std::int64_t least, std::int64_t most) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<std::int64_t> value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
-  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an integer is needed", "Write it without point and quotes");
+  if (!value)
+    fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an integer is needed",
+         "Write it without point and quotes");
   if (*value < least || *value > most) {
-    fail(key, fmt::format("'{}' is {}", key, *value), fmt::format("it must lie between {} and {}", least, most),
-         "Choose a value in that range");
+    fail(key, fmt::format("'{}' is {}", key, *value),
+         fmt::format("it must lie between {} and {}", least, most), "Choose a value in that range");
   }
   return *value;
 }
@@ -163,14 +180,17 @@ std::int64_t Section::integer(const std::string& key, std::int64_t least, std::i
 bool Section::flag(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<bool> value = node.is_boolean() ? node.value<bool>() : std::nullopt;
-  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "true or false is needed", "Write it without quotes");
+  if (!value)
+    fail(key, fmt::format("'{}' is {}", key, type_name(node)), "true or false is needed",
+         "Write it without quotes");
   return *value;
 }
 
 std::string Section::text(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<std::string> value = node.is_string() ? node.value<std::string>() : std::nullopt;
-  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "text is needed", "Write it in quotes");
+  if (!value)
+    fail(key, fmt::format("'{}' is {}", key, type_name(node)), "text is needed", "Write it in quotes");
   if (value->empty()) fail(key, fmt::format("'{}' is empty", key), "it is shown to the reader", "Fill it in");
   return *value;
 }
@@ -187,7 +207,9 @@ std::vector<std::int64_t> Section::integers(const std::string& key) const {
   std::vector<std::int64_t> values;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
     const std::optional<std::int64_t> value = item.is_integer() ? item.value<std::int64_t>() : std::nullopt;
-    if (!value) fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "integers are needed", "Write them like [4, 4, 12]");
+    if (!value)
+      fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "integers are needed",
+           "Write them like [4, 4, 12]");
     values.push_back(*value);
   }
   return values;
@@ -197,7 +219,9 @@ std::vector<std::string> Section::texts(const std::string& key) const {
   std::vector<std::string> values;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
     const std::optional<std::string> value = item.is_string() ? item.value<std::string>() : std::nullopt;
-    if (!value || value->empty()) fail(key, fmt::format("'{}' holds {}", key, value ? "empty text" : type_name(item)), "texts are needed", "Write them in quotes");
+    if (!value || value->empty())
+      fail(key, fmt::format("'{}' holds {}", key, value ? "empty text" : type_name(item)), "texts are needed",
+           "Write them in quotes");
     values.push_back(*value);
   }
   return values;
@@ -205,7 +229,9 @@ std::vector<std::string> Section::texts(const std::string& key) const {
 
 Section Section::table(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
-  if (!node.is_table()) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a table is needed", fmt::format("Write [{}] and its keys below", key));
+  if (!node.is_table())
+    fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a table is needed",
+         fmt::format("Write [{}] and its keys below", key));
   return Section(child(*node_, *node.as_table(), key));
 }
 
@@ -214,7 +240,9 @@ std::vector<Section> Section::tables(const std::string& key) const {
   const toml::node* node = find(*node_, key);
   if (node == nullptr) return all;
   for (const toml::node& item : as_array(*this, key, *node)) {
-    if (!item.is_table()) fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "tables are needed", fmt::format("Write [[{}]] before each", key));
+    if (!item.is_table())
+      fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "tables are needed",
+           fmt::format("Write [[{}]] before each", key));
     all.emplace_back(child(*node_, *item.as_table(), fmt::format("{}.{}", key, all.size())));
   }
   return all;
@@ -224,7 +252,9 @@ std::optional<double> Section::number_if(const std::string& key) const {
   return has(key) ? std::optional(number(key)) : std::nullopt;
 }
 
-double Section::number(const std::string& key, double otherwise) const { return has(key) ? number(key) : otherwise; }
+double Section::number(const std::string& key, double otherwise) const {
+  return has(key) ? number(key) : otherwise;
+}
 
 std::string Section::text(const std::string& key, const std::string& otherwise) const {
   return has(key) ? text(key) : otherwise;
@@ -270,12 +300,14 @@ void Section::finish() const {
     const std::string near = nearest_name(key, known);
     const std::string where = node_->name.empty() ? "the top level" : fmt::format("[{}]", node_->name);
     fail(key, fmt::format("unknown key '{}' at {}", key, where), "nothing reads it",
-         near.empty() ? fmt::format("Keys known here: {}", fmt::join(known, ", ")) : fmt::format("Did you mean '{}'?", near));
+         near.empty() ? fmt::format("Keys known here: {}", fmt::join(known, ", "))
+                      : fmt::format("Did you mean '{}'?", near));
   }
   for (const auto& node : node_->below) Section(node).finish();
 }
 
-Section parse_document(const std::string& text, const std::string& file, const std::vector<std::string>& overrides) {
+Section parse_document(const std::string& text, const std::string& file,
+                       const std::vector<std::string>& overrides) {
   auto document = std::make_shared<toml::table>();
   try {
     *document = toml::parse(text, file);

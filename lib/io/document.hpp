@@ -1,4 +1,5 @@
-/// TOML documents as typed sections that remember which keys were read, so that a key nobody reads is an error.
+/// TOML documents as typed sections that remember which keys were read, so that a key nobody reads is an
+/// error.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,9 @@
 
 namespace veriflex::io {
 
-/// One table of a document. A copy refers to the same table. Every reader throws InputError with file, line and column when the value
-/// is missing (for the forms without default), of another type, or not finite where a number is asked for.
+/// One table of a document. A copy refers to the same table. Every reader throws InputError with file, line
+/// and column when the value is missing (for the forms without default), of another type, or not finite where
+/// a number is asked for.
 class Section {
  public:
   struct Node;
@@ -54,9 +56,9 @@ class Section {
   std::shared_ptr<Node> node_;
 };
 
-/// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare word is taken as
-/// text). `[[name]]` entries are addressed as `name.0`. An override of a key the document lacks adds it, and a reader that
-/// does not know it will object. Throws InputError.
+/// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare
+/// word is taken as text). `[[name]]` entries are addressed as `name.0`. An override of a key the document
+/// lacks adds it, and a reader that does not know it will object. Throws InputError.
 Section parse_document(const std::string& text, const std::string& file,
                        const std::vector<std::string>& overrides = {});
 

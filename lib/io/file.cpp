@@ -26,7 +26,8 @@ std::string read_file(const fs::path& path) {
   std::ostringstream bytes;
   if (in) bytes << in.rdbuf();
   if (!in) {
-    throw InputError({path.string()}, "cannot be read", std::strerror(errno), "Look at the path and its permissions");
+    throw InputError({path.string()}, "cannot be read", std::strerror(errno),
+                     "Look at the path and its permissions");
   }
   return bytes.str();
 }

@@ -55,15 +55,16 @@ void write_dataset(hid_t file, const std::string& path, hid_t file_type, hid_t m
   check(H5Pset_create_intermediate_group(links, 1), path);
   const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "data set properties");
   check(H5Pset_obj_track_times(properties, false), path);
-  const Handle set(H5Dcreate2(file, path.c_str(), file_type, space, links, properties, H5P_DEFAULT), H5Dclose, path);
+  const Handle set(H5Dcreate2(file, path.c_str(), file_type, space, links, properties, H5P_DEFAULT), H5Dclose,
+                   path);
   check(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), path);
 }
 
-void write_attribute(hid_t file, const std::string& path, const std::string& name, hid_t file_type, hid_t memory_type,
-                     hid_t space, const void* data) {
+void write_attribute(hid_t file, const std::string& path, const std::string& name, hid_t file_type,
+                     hid_t memory_type, hid_t space, const void* data) {
   const Handle object(H5Oopen(file, path.c_str(), H5P_DEFAULT), H5Oclose, path);
-  const Handle attribute(H5Acreate2(object, name.c_str(), file_type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                         path + "@" + name);
+  const Handle attribute(H5Acreate2(object, name.c_str(), file_type, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose, path + "@" + name);
   check(H5Awrite(attribute, memory_type, data), path + "@" + name);
 }
 
@@ -112,7 +113,8 @@ void Hdf5Image::attribute(const std::string& path, const std::string& name, std:
   write_attribute(file_, path, name, H5T_STD_I64LE, H5T_NATIVE_INT64, scalar(), &value);
 }
 
-void Hdf5Image::attribute(const std::string& path, const std::string& name, const std::vector<std::string>& values) {
+void Hdf5Image::attribute(const std::string& path, const std::string& name,
+                          const std::vector<std::string>& values) {
   const Handle type = utf8_text();
   write_attribute(file_, path, name, type, type, extent(values.size()), pointers(values).data());
 }

@@ -8,9 +8,10 @@
 
 namespace veriflex::io {
 
-/// The file being made. Paths are absolute ("/records/potential"); groups on the way to a data set are made as needed.
-/// Identical calls give identical bytes: no times are stored. Every function throws std::runtime_error naming the path when
-/// the HDF5 library refuses, which is a mistake of the caller or lack of memory.
+/// The file being made. Paths are absolute ("/records/potential"); groups on the way to a data set are made
+/// as needed. Identical calls give identical bytes: no times are stored. Every function throws
+/// std::runtime_error naming the path when the HDF5 library refuses, which is a mistake of the caller or lack
+/// of memory.
 class Hdf5Image {
  public:
   Hdf5Image();

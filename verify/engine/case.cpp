@@ -36,21 +36,25 @@ Tolerance read_tolerance(const io::Section& check, bool curve) {
     tolerance.text = fmt::format("{} {}", tolerance.value, given[0]);
   }
   if (!(tolerance.value > 0.0)) {
-    t.fail(given[0], fmt::format("tolerance is {}", tolerance.value), "it must be positive", "Give a positive number");
+    t.fail(given[0], fmt::format("tolerance is {}", tolerance.value), "it must be positive",
+           "Give a positive number");
   }
   if (curve && !tolerance.relative) {
     t.fail(given[0], fmt::format("'{}' does not fit a curve", given[0]),
-           "its errors are relative to max(|reference|, floor)", "Write { relative = ..., floor = ..., reason = ... }");
+           "its errors are relative to max(|reference|, floor)",
+           "Write { relative = ..., floor = ..., reason = ... }");
   }
   if (curve) {
     tolerance.floor = t.number("floor");
-    if (!(tolerance.floor >= 0.0)) t.fail("floor", "floor is negative", "it bounds |reference| from below", "Give 0 or more");
+    if (!(tolerance.floor >= 0.0))
+      t.fail("floor", "floor is negative", "it bounds |reference| from below", "Give 0 or more");
     tolerance.text = fmt::format("{} max(|reference|, {})", tolerance.value, tolerance.floor);
   }
   return tolerance;
 }
 
-std::size_t index_of_reference(const std::string& id, Case& c, const fs::path& reference_folder, const Place& place) {
+std::size_t index_of_reference(const std::string& id, Case& c, const fs::path& reference_folder,
+                               const Place& place) {
   for (std::size_t i = 0; i < c.references.size(); ++i) {
     if (c.references[i].id == id) return i;
   }
@@ -60,11 +64,14 @@ std::size_t index_of_reference(const std::string& id, Case& c, const fs::path& r
 
 void read_target(const io::Section& s, Check& check, Case& c, const fs::path& reference_folder) {
   if (s.has("target") == s.has("reference")) {
-    throw InputError(s.place(), s.has("target") ? "both target and reference" : "neither target nor reference",
-                     "a check compares with one number", "Give either reference (and quantity), or target, kind and source");
+    throw InputError(s.place(),
+                     s.has("target") ? "both target and reference" : "neither target nor reference",
+                     "a check compares with one number",
+                     "Give either reference (and quantity), or target, kind and source");
   }
   if (s.has("target")) {
-    if (check.curve) s.fail("target", "a curve needs a reference", "its points stand in a table", "Name a reference");
+    if (check.curve)
+      s.fail("target", "a curve needs a reference", "its points stand in a table", "Name a reference");
     check.target = s.number("target");
     check.kind = s.choice("kind", reference_kinds());
     check.source = s.text("source");
@@ -98,7 +105,9 @@ void read_target(const io::Section& s, Check& check, Case& c, const fs::path& re
   check.target = found->second.value;
   const double allowed = check.tolerance.value * (check.tolerance.relative ? std::abs(check.target) : 1.0);
   if (found->second.uncertainty > allowed) {
-    s.fail("tolerance", fmt::format("tolerance {} is tighter than the reference's uncertainty {}", allowed, found->second.uncertainty),
+    s.fail("tolerance",
+           fmt::format("tolerance {} is tighter than the reference's uncertainty {}", allowed,
+                       found->second.uncertainty),
            "the reference cannot decide that", "Widen the tolerance or find a better reference");
   }
 }
@@ -129,7 +138,8 @@ Check read_check(const io::Section& s, Case& c, const fs::path& reference_folder
   const std::vector<std::string>& known = c.study.measures;
   if (std::find(known.begin(), known.end(), check.measure) == known.end()) {
     const std::string near = nearest_name(check.measure, known);
-    s.fail(check.curve ? "curve" : "metric", fmt::format("driver '{}' does not measure '{}'", c.driver, check.measure),
+    s.fail(check.curve ? "curve" : "metric",
+           fmt::format("driver '{}' does not measure '{}'", c.driver, check.measure),
            fmt::format("it measures: {}", fmt::join(known, ", ")),
            near.empty() ? "Choose one of these" : fmt::format("Did you mean '{}'?", near));
   }
@@ -173,8 +183,8 @@ const std::vector<std::string>& tiers() {
   return names;
 }
 
-Case read_case(const fs::path& path, const std::vector<std::string>& overrides, const std::vector<Driver>& drivers,
-               const fs::path& reference_folder) {
+Case read_case(const fs::path& path, const std::vector<std::string>& overrides,
+               const std::vector<Driver>& drivers, const fs::path& reference_folder) {
   Case c;
   c.path = path;
   c.text = io::read_file(path);
@@ -191,9 +201,11 @@ Case read_case(const fs::path& path, const std::vector<std::string>& overrides, 
   const Driver& driver = find_driver(top, drivers);
   c.driver = driver.name;
   c.study = driver.read(top);
-  for (const io::Section& check : top.tables("check")) c.checks.push_back(read_check(check, c, reference_folder));
+  for (const io::Section& check : top.tables("check"))
+    c.checks.push_back(read_check(check, c, reference_folder));
   if (c.checks.empty()) {
-    throw InputError({path.string()}, "the case checks nothing", "its verdict would mean nothing", "Add a [[check]]");
+    throw InputError({path.string()}, "the case checks nothing", "its verdict would mean nothing",
+                     "Add a [[check]]");
   }
   top.finish();
   return c;
@@ -210,7 +222,8 @@ CaseHead read_head(const fs::path& path) {
 std::vector<CaseHead> find_cases(const fs::path& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw InputError({folder.string()}, "no such folder of cases", "cases are looked for there", "Give another with --cases");
+    throw InputError({folder.string()}, "no such folder of cases", "cases are looked for there",
+                     "Give another with --cases");
   }
   std::vector<CaseHead> heads;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {

@@ -1,4 +1,5 @@
-/// A case: one question, the study that answers it, and the checks that judge the answer. Schema: cases/README.md.
+/// A case: one question, the study that answers it, and the checks that judge the answer. Schema:
+/// cases/README.md.
 #pragma once
 
 #include <filesystem>
@@ -43,10 +44,11 @@ struct Check {
   double target;  // 0 for a curve, whose measure is its largest error
   bool outside;   // the statement holds when the measured value is *not* within the tolerance of the target
   Tolerance tolerance;
-  std::optional<std::size_t> reference;  // index in Case::references; none when the case states the target itself
+  std::optional<std::size_t>
+      reference;  // index in Case::references; none when the case states the target itself
   std::string kind;
   std::string source;
-  std::string claim;               // ledger entry, for a claim
+  std::string claim;                // ledger entry, for a claim
   std::optional<Recorded> refuted;  // given: the claim is expected not to hold
   Place place;
 };
@@ -68,8 +70,8 @@ const std::vector<std::string>& tiers();
 Case read_case(const std::filesystem::path& path, const std::vector<std::string>& overrides,
                const std::vector<Driver>& drivers, const std::filesystem::path& reference_folder);
 
-/// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is empty or says
-/// why it is no case.
+/// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is
+/// empty or says why it is no case.
 struct CaseHead {
   std::string id, title, tier, driver;
   std::vector<std::string> topics;

@@ -17,8 +17,8 @@ std::array<std::int64_t, 3> read_nodes(const io::Section& solid, const std::stri
   if (shape == "chain") return {1, 1, solid.integer("nodes", 2, most_nodes)};
   const std::vector<std::int64_t> nodes = solid.integers("nodes");
   if (nodes.size() != 3) {
-    solid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()), "a bar has n, m and l nodes along x, y and z",
-               "Write for example nodes = [4, 4, 12]");
+    solid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()),
+               "a bar has n, m and l nodes along x, y and z", "Write for example nodes = [4, 4, 12]");
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const std::int64_t least = i == 2 ? 2 : 1;
@@ -63,7 +63,8 @@ scene::SolidSpec read_solid(const io::Section& top, double spacing) {
   const io::Section table = top.table("solid");
   const std::string shape = table.choice("shape", {"pair", "chain", "bar"});
   return {.block = {.nodes = read_nodes(table, shape), .spacing = spacing},
-          .lateral = table.choice("lateral", {"held", "free"}) == "held" ? scene::Lateral::held : scene::Lateral::free};
+          .lateral = table.choice("lateral", {"held", "free"}) == "held" ? scene::Lateral::held
+                                                                         : scene::Lateral::free};
 }
 
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene) {

@@ -13,7 +13,8 @@ bond::AnyLaw read_law(const io::Section& top);
 /// What follows from that law, with a law that has no rest length reported at its place in the case.
 bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law);
 
-/// [solid]: `shape` pair, chain or bar, its `nodes`, and `lateral`. The lattice spacing is the law's rest length.
+/// [solid]: `shape` pair, chain or bar, its `nodes`, and `lateral`. The lattice spacing is the law's rest
+/// length.
 scene::SolidSpec read_solid(const io::Section& top, double spacing);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.

@@ -36,7 +36,8 @@ const std::vector<std::string>& reference_kinds();
 /// Reads `<id>.toml` and its data file. Throws InputError, also when the data do not match their checksum.
 Reference read_reference(const std::filesystem::path& path);
 
-/// The reference `id`: beside the case first, then in `shared`. Throws InputError at `asked_at` when in neither.
+/// The reference `id`: beside the case first, then in `shared`. Throws InputError at `asked_at` when in
+/// neither.
 Reference find_reference(const std::string& id, const std::filesystem::path& beside,
                          const std::filesystem::path& shared, const Place& asked_at);
 
