@@ -15,6 +15,7 @@
 #include "drivers/drivers.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
+#include "repository.hpp"
 
 namespace veriflex {
 
@@ -28,12 +29,10 @@ using engine::CaseHead;
 using engine::Result;
 using engine::Verdict;
 
-const fs::path reference_folder = VERIFLEX_SOURCE_DIR "/reference";
-
 struct Options {
   std::vector<std::string> cases;
   std::vector<std::string> overrides;
-  std::string case_folder = VERIFLEX_SOURCE_DIR "/cases";
+  std::string case_folder = repository::cases.string();
   std::string tier;
   std::string topic;
   std::string out = "results";
@@ -42,23 +41,8 @@ struct Options {
   bool json = false;
 };
 
-// A case is named by its path, or by its id in the folder of cases.
-fs::path path_of(const std::string& name, const fs::path& folder) {
-  if (fs::exists(name)) return name;
-  const fs::path in_folder = folder / (name + ".toml");
-  if (name.find('/') == std::string::npos && fs::exists(in_folder)) return in_folder;
-  std::vector<std::string> ids;
-  if (fs::is_directory(folder)) {
-    for (const CaseHead& head : engine::find_cases(folder)) ids.push_back(head.id);
-  }
-  const std::string near = nearest_name(fs::path(name).stem().string(), ids);
-  throw InputError({}, fmt::format("no case '{}'", name),
-                   fmt::format("neither a file nor an id in {}", folder.string()),
-                   near.empty() ? "See veriflex list" : fmt::format("Did you mean '{}'?", near));
-}
-
 Case read(const fs::path& path, const Options& options) {
-  return engine::read_case(path, options.overrides, drivers::all(), reference_folder);
+  return engine::read_case(path, options.overrides, drivers::all(), repository::references);
 }
 
 std::vector<CaseHead> chosen(const Options& options) {
@@ -98,7 +82,7 @@ void list_command(const Options& options) {
 void plan_command(const Options& options) {
   Json all = Json::array();
   for (const std::string& name : options.cases) {
-    const Case c = read(path_of(name, options.case_folder), options);
+    const Case c = read(engine::case_named(name, options.case_folder), options);
     Json built = Json::array();
     Json left_out = Json::array();
     if (!options.json) fmt::print("{}: {}\n", c.id, c.title);
@@ -170,7 +154,7 @@ Result run_one(const std::string& name, const Options& options, int& code) {
   const int threads = options.threads > 0 ? options.threads : omp_get_max_threads();
   omp_set_num_threads(threads);
   try {
-    Result result = engine::run_case(read(path_of(name, options.case_folder), options), threads);
+    Result result = engine::run_case(read(engine::case_named(name, options.case_folder), options), threads);
     engine::write_result(result, options.out);
     code = exit_code::first_of(code, exit_code_of(result));
     return result;

@@ -4,9 +4,11 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
 
 namespace veriflex::io {
 
@@ -19,6 +21,7 @@ struct Section::Node {
   std::set<std::string, std::less<>> read;
   std::set<std::string, std::less<>> asked;  // keys somebody knows, for suggestions
   std::vector<std::shared_ptr<Node>> below;
+  bool abandoned = false;
 };
 
 namespace {
@@ -46,6 +49,16 @@ Place place_of(const toml::node& node, const std::string& file) {
   return {file, node.source().begin.line, node.source().begin.column};
 }
 
+// What `key` names inside a table, or `0`, `1`, ... inside an array; null when there is no such thing.
+template <class Node>  // toml::node, const or not
+Node* entry(Node& in, const std::string& key) {
+  if (auto* table = in.as_table()) return table->get(key);
+  auto* array = in.as_array();
+  const bool is_index =
+      !key.empty() && key.find_first_not_of("0123456789") == std::string::npos && key.size() < 6;
+  return array != nullptr && is_index ? array->get(std::stoul(key)) : nullptr;
+}
+
 void apply_override(toml::table& document, const std::string& setting, const std::string& file,
                     std::map<const toml::node*, std::string>& overridden) {
   const auto bad = [&](const std::string& problem, const std::string& why, const std::string& suggestion) {
@@ -70,14 +83,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
   for (std::size_t dot = last.find('.'); dot != std::string::npos; dot = last.find('.')) {
     const std::string key = last.substr(0, dot);
     last = last.substr(dot + 1);
-    toml::node* next = nullptr;
-    if (toml::table* table = at->as_table()) {
-      next = table->get(key);
-    } else if (toml::array* array = at->as_array()) {
-      const bool is_index =
-          !key.empty() && key.find_first_not_of("0123456789") == std::string::npos && key.size() < 6;
-      if (is_index) next = array->get(std::stoul(key));
-    }
+    toml::node* next = entry(*at, key);
     if (next == nullptr) {
       bad(fmt::format("{} has no '{}'", file, key), "the tables on the way to the key must exist",
           "Look at the case file for its tables");
@@ -292,18 +298,56 @@ void Section::fail(const std::string& key, const std::string& problem, const std
   throw InputError(place(key), problem, why, suggestion);
 }
 
-void Section::finish() const {
+std::optional<std::string> Section::shown(const std::string& path) const {
+  const toml::node* at = node_->table;
+  for (std::size_t start = 0; at != nullptr && start <= path.size();) {
+    const std::size_t dot = std::min(path.find('.', start), path.size());
+    at = entry(*at, path.substr(start, dot - start));
+    start = dot + 1;
+  }
+  if (at == nullptr) return std::nullopt;
+  std::ostringstream text;
+  at->visit([&text](const auto& value) { text << value; });
+  return text.str();
+}
+
+std::vector<InputError> Section::unknown_keys() const {
+  std::vector<InputError> all;
+  if (node_->abandoned) return all;
   for (const auto& [name, value] : *node_->table) {
     const std::string key{name.str()};
     if (node_->read.contains(key)) continue;
     const std::vector<std::string> known(node_->asked.begin(), node_->asked.end());
     const std::string near = nearest_name(key, known);
     const std::string where = node_->name.empty() ? "the top level" : fmt::format("[{}]", node_->name);
-    fail(key, fmt::format("unknown key '{}' at {}", key, where), "nothing reads it",
-         near.empty() ? fmt::format("Keys known here: {}", fmt::join(known, ", "))
-                      : fmt::format("Did you mean '{}'?", near));
+    all.emplace_back(place(key), fmt::format("unknown key '{}' at {}", key, where), "nothing reads it",
+                     near.empty() ? fmt::format("Keys known here: {}", fmt::join(known, ", "))
+                                  : fmt::format("Did you mean '{}'?", near));
   }
-  for (const auto& node : node_->below) Section(node).finish();
+  for (const auto& node : node_->below) {
+    for (InputError& error : Section(node).unknown_keys()) all.push_back(std::move(error));
+  }
+  return all;
+}
+
+void Section::abandon() const { node_->abandoned = true; }
+
+void Section::finish() const {
+  const std::vector<InputError> unknown = unknown_keys();
+  if (!unknown.empty()) throw unknown.front();
+}
+
+std::vector<std::string> Section::asked() const {
+  std::set<std::string> all(node_->asked.begin(), node_->asked.end());
+  for (const auto& node : node_->below) {
+    std::string name = node->name.substr(node_->name.empty() ? 0 : node_->name.size() + 1);
+    const std::size_t dot = name.find('.');
+    if (dot != std::string::npos && name.find_first_not_of("0123456789", dot + 1) == std::string::npos) {
+      name.replace(dot, std::string::npos, "[]");
+    }
+    for (const std::string& key : Section(node).asked()) all.insert(name + "." + key);
+  }
+  return {all.begin(), all.end()};
 }
 
 Section parse_document(const std::string& text, const std::string& file,

@@ -49,8 +49,21 @@ class Section {
   [[noreturn]] void fail(const std::string& key, const std::string& problem, const std::string& why,
                          const std::string& suggestion) const;
 
-  /// Throws InputError for the first key, here or in any table below, that nothing has read.
+  /// The value at a dotted path below this table as TOML text, `[[name]]` entries as `name.0`; nothing when
+  /// there is none.
+  std::optional<std::string> shown(const std::string& path) const;
+
+  /// One error per key, here or in any table below, that nothing has read.
+  std::vector<InputError> unknown_keys() const;
+  /// Says that this table's reader broke off: unknown_keys() then leaves it out, and the tables below.
+  void abandon() const;
+  /// Throws the first of unknown_keys().
   void finish() const;
+
+  /// Dotted paths of every key that a reader has asked for, here and in the tables below, present or not; the
+  /// entries of
+  /// `[[name]]` are `name[]`. What the schema documents must list.
+  std::vector<std::string> asked() const;
 
  private:
   std::shared_ptr<Node> node_;

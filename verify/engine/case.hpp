@@ -53,9 +53,18 @@ struct Check {
   Place place;
 };
 
+/// A value that the source does not give.
+struct Assumption {
+  std::string path;   // dotted, of a value in the case
+  std::string value;  // as TOML
+  std::string why;
+};
+
 struct Case {
   std::string id, title, asks, equation, driver, tier;
   std::vector<std::string> topics, sources;
+  Place sources_at;
+  std::vector<Assumption> assumed;
   std::string text;  // of the file
   std::filesystem::path path;
   std::vector<std::string> overrides;
@@ -66,9 +75,15 @@ struct Case {
 
 const std::vector<std::string>& tiers();
 
-/// Reads a case and the references it names (beside it, or in `reference_folder`). Throws InputError.
+/// Reads a case and the references it names (beside it, or in `reference_folder`, which also holds the ledger
+/// of claims). Throws InputError, the first of what read_parts() finds.
 Case read_case(const std::filesystem::path& path, const std::vector<std::string>& overrides,
                const std::vector<Driver>& drivers, const std::filesystem::path& reference_folder);
+
+/// What can be read of the case in `top`, which stands at `path`; what cannot is added to `problems`: per
+/// table of the case the first problem in it, and every key that nobody knows.
+Case read_parts(const io::Section& top, const std::filesystem::path& path, const std::vector<Driver>& drivers,
+                const std::filesystem::path& reference_folder, std::vector<InputError>& problems);
 
 /// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is
 /// empty or says why it is no case.
@@ -79,6 +94,10 @@ struct CaseHead {
   std::string problem;
 };
 CaseHead read_head(const std::filesystem::path& path);
+
+/// The case file that `name` means: a path, or an id in `folder`. Throws InputError, with the nearest id
+/// suggested.
+std::filesystem::path case_named(const std::string& name, const std::filesystem::path& folder);
 
 /// Heads of all `*.toml` files in a folder, sorted by id.
 std::vector<CaseHead> find_cases(const std::filesystem::path& folder);

@@ -77,6 +77,13 @@ void write_head(io::Hdf5Image& file, const Result& r) {
   file.attribute("/case", "overrides", r.c.overrides);
 }
 
+void write_assumed(io::Hdf5Image& file, const Case& c) {
+  Table table(file, "/assumed");
+  table.column("path", c.assumed, [](const Assumption& a) { return a.path; });
+  table.column("value", c.assumed, [](const Assumption& a) { return a.value; });
+  table.column("why", c.assumed, [](const Assumption& a) { return a.why; });
+}
+
 void write_plan(io::Hdf5Image& file, const scene::Plan& plan) {
   {
     Table built(file, "/plan/built");
@@ -240,6 +247,7 @@ Result unreadable(const std::filesystem::path& path, const std::string& message,
 void write_result(const Result& result, const std::filesystem::path& folder) {
   io::Hdf5Image file;
   write_head(file, result);
+  write_assumed(file, result.c);
   write_plan(file, result.c.study.plan);
   write_observations(file, result.seen);
   write_checks(file, result);
