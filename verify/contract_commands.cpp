@@ -56,7 +56,8 @@ int validate_command(const std::vector<std::string>& names) {
         problems.emplace_back(error.what());
       }
     }
-    for (std::string& one : engine::problems_of(paths, repository::references, drivers::all())) {
+    for (std::string& one :
+         engine::problems_of(paths, repository::cases, repository::references, drivers::all())) {
       problems.push_back(std::move(one));
     }
   }

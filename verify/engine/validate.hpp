@@ -9,8 +9,11 @@
 
 namespace veriflex::engine {
 
-/// Everything wrong with these cases and the references they name, one message each.
+/// Everything wrong with these cases and the references they name, one message each. What cases cite is
+/// looked up in the bibliography only for those in `case_folder`: a case elsewhere may have sources of its
+/// own.
 std::vector<std::string> problems_of(const std::vector<std::filesystem::path>& cases,
+                                     const std::filesystem::path& case_folder,
                                      const std::filesystem::path& reference_folder,
                                      const std::vector<Driver>& drivers);
 
