@@ -29,6 +29,11 @@ using engine::CaseHead;
 using engine::Result;
 using engine::Verdict;
 
+// Bytes that are no UTF-8, as file names may hold, are replaced.
+void print_json(const Json& json) {
+  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+}
+
 struct Options {
   std::vector<std::string> cases;
   std::vector<std::string> overrides;
@@ -66,7 +71,7 @@ void list_command(const Options& options) {
       if (!head.problem.empty()) one["problem"] = head.problem;
       all.push_back(one);
     }
-    fmt::print("{}\n", all.dump(2));
+    print_json(all);
     return;
   }
   for (const CaseHead& head : heads) {
@@ -97,7 +102,7 @@ void plan_command(const Options& options) {
     }
     all.push_back({{"id", c.id}, {"built", built}, {"left_out", left_out}, {"measures", c.study.measures}});
   }
-  if (options.json) fmt::print("{}\n", all.dump(2));
+  if (options.json) print_json(all);
 }
 
 Json result_json(const Result& r) {
@@ -134,7 +139,6 @@ void print_result(const Result& r) {
                  o.target);
     }
   }
-  if (r.verdict == Verdict::error) fmt::print(stderr, "{}: {}\n", r.c.id, r.error_message);
 }
 
 int exit_code_of(const Result& r) {
@@ -148,22 +152,28 @@ int exit_code_of(const Result& r) {
   }
 }
 
-// Runs and stores one case. A case that cannot be read is reported and, unless an earlier result stands
+// Runs and stores one case. A case file that cannot be read is reported and, unless an earlier result stands
 // there, stored as an error, so that a report made of the folder cannot overlook it.
 Result run_one(const std::string& name, const Options& options, int& code) {
   const int threads = options.threads > 0 ? options.threads : omp_get_max_threads();
   omp_set_num_threads(threads);
+  Result result{};
+  fs::path path;
   try {
-    Result result = engine::run_case(read(engine::case_named(name, options.case_folder), options), threads);
-    engine::write_result(result, options.out);
-    code = exit_code::first_of(code, exit_code_of(result));
-    return result;
+    path = engine::case_named(name, options.case_folder);
+    result = engine::run_case(read(path, options), threads);
+    if (result.verdict == Verdict::error) {
+      fmt::print(stderr, "veriflex: {}: {}\n", path.string(), result.error_message);
+    }
   } catch (const InputError& error) {
     code = exit_code::first_of(code, exit_code::input);
-    Result result = engine::unreadable(name, error.what(), threads);
-    if (!fs::exists(fs::path(options.out) / (result.c.id + ".h5"))) engine::write_result(result, options.out);
-    return result;
+    fmt::print(stderr, "veriflex: {}\n", error.what());
+    result = engine::unreadable(path.empty() ? fs::path(name) : path, error.what(), threads);
+    if (path.empty() || fs::exists(fs::path(options.out) / (result.c.id + ".h5"))) return result;
   }
+  engine::write_result(result, options.out);
+  code = exit_code::first_of(code, result.error_kind == "input" ? exit_code::input : exit_code_of(result));
+  return result;
 }
 
 int run_all(const std::vector<std::string>& names, const Options& options) {
@@ -173,13 +183,12 @@ int run_all(const std::vector<std::string>& names, const Options& options) {
     const Result result = run_one(name, options, code);
     if (options.json) {
       all.push_back(result_json(result));
-      if (result.verdict == Verdict::error) fmt::print(stderr, "{}: {}\n", result.c.id, result.error_message);
     } else {
       print_result(result);
       std::fflush(stdout);
     }
   }
-  if (options.json) fmt::print("{}\n", all.dump(2));
+  if (options.json) print_json(all);
   return code;
 }
 

@@ -61,7 +61,7 @@ int validate_command(const std::vector<std::string>& names) {
       problems.push_back(std::move(one));
     }
   }
-  for (const std::string& problem : problems) fmt::print(stderr, "{}\n", problem);
+  for (const std::string& problem : problems) fmt::print(stderr, "veriflex: {}\n", problem);
   if (problems.empty()) fmt::print("nothing wrong found\n");
   return problems.empty() ? exit_code::success : exit_code::input;
 }

@@ -20,6 +20,23 @@ int report_error(const std::exception& error, int code) {
   return code;
 }
 
+// What the words that CLI11 did not expect may be misspellings of: a command, or an option of the command
+// given.
+std::string suggestion(const CLI::App& app) {
+  const std::vector<CLI::App*> given = app.get_subcommands();
+  const CLI::App& asked = given.empty() ? app : *given.front();
+  std::vector<std::string> known;
+  for (const CLI::Option* option : asked.get_options()) {
+    for (const std::string& name : option->get_lnames()) known.push_back("--" + name);
+  }
+  for (const CLI::App* command : asked.get_subcommands(nullptr)) known.push_back(command->get_name());
+  for (const std::string& word : app.remaining(true)) {
+    const std::string near = veriflex::nearest_name(word.substr(0, word.find('=')), known);
+    if (!near.empty()) return fmt::format("'{}' is not known. Did you mean '{}'?", word, near);
+  }
+  return fmt::format("See veriflex {}--help", given.empty() ? "" : asked.get_name() + " ");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -41,7 +58,7 @@ int main(int argc, char** argv) {
     return code;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    fmt::print(stderr, "veriflex: command line: {}. See veriflex --help\n", error.what());
+    fmt::print(stderr, "veriflex: command line: {}. {}\n", error.what(), suggestion(app));
     return exit_code::input;
   } catch (const veriflex::InputError& error) {
     return report_error(error, exit_code::input);

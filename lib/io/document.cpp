@@ -9,6 +9,7 @@
 #include <map>
 #include <set>
 #include <sstream>
+#include <string_view>
 
 namespace veriflex::io {
 
@@ -59,11 +60,54 @@ Node* entry(Node& in, const std::string& key) {
   return array != nullptr && is_index ? array->get(std::stoul(key)) : nullptr;
 }
 
+// The end of the TOML string that begins at `start`, or of the line or text that it lacks one on.
+std::size_t end_of_string(std::string_view text, std::size_t start) {
+  const char quote = text[start];
+  const std::string triple(3, quote);
+  const bool multi_line = text.substr(start, 3) == triple;
+  std::size_t at = start + (multi_line ? 3 : 1);
+  while (at < text.size()) {
+    if (multi_line ? text.substr(at, 3) == triple : text[at] == quote) return at + (multi_line ? 3 : 1);
+    if (!multi_line && text[at] == '\n') return at;
+    at += quote == '"' && text[at] == '\\' ? 2 : 1;
+  }
+  return text.size();
+}
+
+// toml++ bounds the nesting of values, but not of dotted keys, each part of which takes some of the stack.
+void refuse_deep_keys(std::string_view text, const std::string& file) {
+  constexpr int deepest = 16;
+  unsigned line = 1;
+  int dots = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const char c = text[at];
+    if (c == '"' || c == '\'') {
+      const std::size_t end = end_of_string(text, at);
+      line += static_cast<unsigned>(std::count(text.begin() + static_cast<std::ptrdiff_t>(at),
+                                               text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+      at = end;
+      continue;
+    }
+    if (c == '#') {
+      at = std::min(text.find('\n', at), text.size());
+      continue;
+    }
+    if (c == '\n') ++line;
+    if (c == '\n' || std::string_view("=,[]{}").find(c) != std::string_view::npos) dots = 0;
+    if (c == '.' && ++dots > deepest) {
+      throw InputError({file, line, 1}, fmt::format("a key of more than {} parts", deepest),
+                       "no table is nested that deep", "Shorten it");
+    }
+    ++at;
+  }
+}
+
 void apply_override(toml::table& document, const std::string& setting, const std::string& file,
                     std::map<const toml::node*, std::string>& overridden) {
   const auto bad = [&](const std::string& problem, const std::string& why, const std::string& suggestion) {
     throw InputError({}, fmt::format("--set {}: {}", setting, problem), why, suggestion);
   };
+  refuse_deep_keys(setting, "");
   const std::size_t equals = setting.find('=');
   if (equals == std::string::npos || equals == 0)
     bad("not of the form key=value", "", "Write --set bond.depth=2.0");
@@ -198,6 +242,10 @@ std::string Section::text(const std::string& key) const {
   if (!value)
     fail(key, fmt::format("'{}' is {}", key, type_name(node)), "text is needed", "Write it in quotes");
   if (value->empty()) fail(key, fmt::format("'{}' is empty", key), "it is shown to the reader", "Fill it in");
+  if (value->find('\0') != std::string::npos) {
+    fail(key, fmt::format("'{}' holds a zero byte", key), "a result file could not keep what follows it",
+         "Remove it");
+  }
   return *value;
 }
 
@@ -352,6 +400,7 @@ std::vector<std::string> Section::asked() const {
 
 Section parse_document(const std::string& text, const std::string& file,
                        const std::vector<std::string>& overrides) {
+  refuse_deep_keys(text, file);
   auto document = std::make_shared<toml::table>();
   try {
     *document = toml::parse(text, file);

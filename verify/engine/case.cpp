@@ -313,8 +313,11 @@ std::vector<CaseHead> find_cases(const fs::path& folder) {
                      "Give another with --cases");
   }
   std::vector<CaseHead> heads;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (entry.path().extension() == ".toml") heads.push_back(read_head(entry.path()));
+  }
+  if (error) {
+    throw InputError({folder.string()}, "cannot be read", error.message(), "Look at its permissions");
   }
   std::sort(heads.begin(), heads.end(), [](const CaseHead& a, const CaseHead& b) { return a.id < b.id; });
   return heads;
