@@ -9,9 +9,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "contract_commands.hpp"
 #include "drivers/drivers.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
@@ -192,9 +194,26 @@ int run_all(const std::vector<std::string>& names, const Options& options) {
   return code;
 }
 
-// The report is drawn by a script from the result files; it inherits standard output.
+using TemporaryFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+// A file without a name, which a child process reads as /dev/fd/<number>.
+TemporaryFile temporary_file(const std::string& text) {
+  TemporaryFile file(std::tmpfile(), &std::fclose);
+  if (!file || std::fwrite(text.data(), 1, text.size(), file.get()) != text.size() ||
+      std::fflush(file.get()) != 0) {
+    throw OutputError(fs::temp_directory_path().string(), "no temporary file can be written",
+                      "Make room there");
+  }
+  std::rewind(file.get());
+  return file;
+}
+
+// The report is drawn by a script from the result files and the ledger; it inherits standard output.
 int report_command(const std::string& results, const std::string& report) {
-  std::vector<std::string> words{VERIFLEX_SOURCE_DIR "/scripts/report.py", results};
+  std::vector<std::string> unreadable;  // the script reads the same files, and says so
+  const TemporaryFile ledger = temporary_file(claims_json(results, unreadable));
+  std::vector<std::string> words{VERIFLEX_SOURCE_DIR "/scripts/report.py", results, "--claims",
+                                 fmt::format("/dev/fd/{}", fileno(ledger.get()))};
   if (!report.empty()) words.insert(words.end(), {"--out", report});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
