@@ -133,7 +133,7 @@ class Body {
 Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
   const Body body(study, trial);
   const double limit = body.linear_limit();
-  constexpr double scan = 1.05;
+  constexpr double scan = 1.08;
   double good = 0.3 * limit;
   Run held = body.run(good);
   if (held.end != End::held) {
