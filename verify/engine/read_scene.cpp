@@ -48,6 +48,17 @@ bond::AnyLaw read_law(const io::Section& top) {
   }
 }
 
+double read_angle_stiffness(const io::Section& top) {
+  if (!top.has("angle")) return 0.0;
+  const io::Section table = top.table("angle");
+  const double stiffness = table.number("stiffness");
+  if (!(stiffness > 0.0)) {
+    table.fail("stiffness", fmt::format("'stiffness' is {}", stiffness), "an angle that is there resists",
+               "Give a positive number, or leave out [angle] for a network without angles");
+  }
+  return stiffness;
+}
+
 bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law) {
   try {
     return bond::derive(law);

@@ -10,6 +10,9 @@ namespace veriflex::engine {
 /// [bond]: `law` and that law's parameters.
 bond::AnyLaw read_law(const io::Section& top);
 
+/// [angle] `stiffness`, k_a of the harmonic angle [M L^2 T^-2]; 0, no angles, where the case has no such table.
+double read_angle_stiffness(const io::Section& top);
+
 /// What follows from that law, with a law that has no rest length reported at its place in the case.
 bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law);
 
