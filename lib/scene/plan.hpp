@@ -19,9 +19,9 @@ struct SolidSpec {
 /// A module that is not named is absent: not built, no memory.
 struct Scene {
   bond::AnyLaw law;
-  std::optional<SolidSpec> solid;
-  std::string method;  // how the solid is solved, in words
-  bool moves;          // whether it has velocities
+  std::optional<SolidSpec> solid{};
+  std::string method{};  // how the solid is solved, in words
+  bool moves = false;    // whether it has velocities
 };
 
 struct Built {

@@ -25,9 +25,13 @@ engine::Study read_beam(const io::Section& top);
 /// Period of a swinging pair or chain: error of leap-frog against the work done.
 engine::Study read_oscillation(const io::Section& top);
 
+/// The solid against a table that another program computed.
+engine::Study read_compare(const io::Section& top);
+
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
+      {"compare", "the solid against a table that another program computed", &read_compare},
       {"tensile", "static pull on a bar: stress-strain curve and modulus at zero strain", &read_tensile},
       {"elasticity", "elastic constants of the infinite lattice", &read_elasticity},
       {"beam", "bending stiffness, cantilevers and bending frequencies", &read_beam},

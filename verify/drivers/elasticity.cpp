@@ -122,7 +122,7 @@ engine::Study read_elasticity(const io::Section& top) {
       }
     }
   }
-  return {.plan = engine::read_plan(top, {.law = law, .solid = {}, .method = {}, .moves = false}),
+  return {.plan = engine::read_plan(top, {.law = law}),
           .measures = {"c11", "c12", "c44", "c44_simple", "anisotropy", "poisson_in_shear",
                        "simple_shear.shear_stress"},
           .run = [study](Progress&, engine::Cost& cost) { return run(study, cost); }};

@@ -1,0 +1,56 @@
+/// Data files of LAMMPS: atoms, bonds and angles as plain arrays.
+///
+/// Read are the header, `Atoms` of the styles atomic, bond, angle, molecular and full (named behind the
+/// section's keyword, `Atoms # angle`, as LAMMPS writes it), `Bonds` and `Angles`, in any order and with ids
+/// in any order. `Masses`, `Velocities` and the coefficient sections are passed over: parameters belong into
+/// the case. Refused is what would make another body of it: dihedrals and impropers, and image flags, because
+/// there is no periodic box.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace veriflex::io {
+
+struct LammpsAtom {
+  std::int64_t id;
+  int type;
+  std::array<double, 3> position;  // [L]
+};
+
+/// `line` is where the row stands, for messages.
+struct LammpsBond {
+  std::int64_t id;
+  int type;
+  std::array<std::int64_t, 2> atoms;  // ids
+  unsigned line;
+};
+
+struct LammpsAngle {
+  std::int64_t id;
+  int type;
+  std::array<std::int64_t, 3> atoms;  // ids, the apex in the middle
+  unsigned line;
+};
+
+struct LammpsData {
+  std::string file;
+  std::vector<LammpsAtom> atoms;    // in rising order of ids, like the other two
+  std::vector<LammpsBond> bonds;    // between two different atoms that exist
+  std::vector<LammpsAngle> angles;  // of three different atoms that exist
+  int bond_types, angle_types;      // as the header announces; 0 where it does not
+};
+
+/// The data file in `text`; `file` is only for messages. Throws InputError: a section that is missing,
+/// unknown or there twice, a number of rows that differs from the header's, a row with too few or too many
+/// fields, anything that is not a finite number, ids that repeat or do not exist, types out of range.
+LammpsData parse_lammps_data(std::string_view text, const std::string& file);
+
+/// As above, of the file at `path`.
+LammpsData read_lammps_data(const std::filesystem::path& path);
+
+}  // namespace veriflex::io
