@@ -28,6 +28,12 @@ std::array<std::int64_t, 3> read_nodes(const io::Section& solid, const std::stri
                  "Choose a number in that range");
     }
   }
+  // Beyond this the numbers of nodes and bonds leave 64 bits; what fits into memory is the plan's matter.
+  if (static_cast<double>(nodes[0]) * static_cast<double>(nodes[1]) * static_cast<double>(nodes[2]) >
+      static_cast<double>(most_nodes)) {
+    solid.fail("nodes", fmt::format("{} x {} x {} nodes are too many", nodes[0], nodes[1], nodes[2]),
+               fmt::format("{} is more than any memory holds", most_nodes), "Use fewer nodes");
+  }
   return {nodes[0], nodes[1], nodes[2]};
 }
 

@@ -1,5 +1,5 @@
-// Feeds arbitrary bytes to the readers of cases, references, ledger, settings and tables. The first byte chooses the reader.
-// What they refuse, they refuse with an InputError; anything else is a finding.
+// Feeds arbitrary bytes to the readers of cases, references, ledger, settings and tables. The first byte
+// chooses the reader. What they refuse, they refuse with an InputError; anything else is a finding.
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -24,7 +24,8 @@ void read(char reader, const std::string& text) {
   } else if (reader == 's') {
     const std::size_t line = text.find('\n');
     if (line == std::string::npos) return;
-    io::parse_document(text.substr(line + 1), "fuzz.toml", {text.substr(0, line)}).shown(text.substr(0, line));
+    io::parse_document(text.substr(line + 1), "fuzz.toml", {text.substr(0, line)})
+        .shown(text.substr(0, line));
   } else {
     std::vector<InputError> problems;
     const io::Section top = io::parse_document(text, "fuzz.toml");

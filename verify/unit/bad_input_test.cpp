@@ -1,8 +1,5 @@
 // What a user can get wrong, each through the real command: one clear message, the right exit code, nothing
 // half-written.
-#include <algorithm>
-#include <regex>
-
 #include "catch.hpp"
 #include "io/file.hpp"
 #include "unit/command.hpp"
@@ -18,14 +15,24 @@ namespace {
 constexpr int input = 2;
 constexpr int output = 4;
 
-// Standard error says `veriflex: place: problem (why). Suggestion`.
+// Whether it reads `veriflex: place: problem (why). Suggestion`. By hand: std::regex takes the stack for long
+// messages.
+bool is_one_message(const std::string& text) {
+  const std::string start = "veriflex: ";
+  const std::size_t place = text.find(": ", start.size());
+  if (!text.starts_with(start) || place == std::string::npos) return false;
+  for (std::size_t at = text.find(". ", place); at != std::string::npos; at = text.find(". ", at + 1)) {
+    const char next = at + 2 < text.size() ? text[at + 2] : ' ';
+    if ((next >= 'A' && next <= 'Z') || next == '\'') return true;
+  }
+  return false;
+}
+
 void check_refusal(const Ran& ran, int code, const std::string& message) {
   INFO(ran.err);
   CHECK(ran.code == code);
   CHECK_THAT(ran.err, ContainsSubstring(message));
-  std::string line = ran.err;  // a setting that it repeats may hold a line's end
-  std::replace(line.begin(), line.end(), '\n', ' ');
-  CHECK(std::regex_search(line, std::regex("^veriflex: .+: .+\\. [A-Z'].+")));
+  CHECK(is_one_message(ran.err));
   CHECK(ran.err.find("terminate") == std::string::npos);
   CHECK(ran.err.find("Sanitizer") == std::string::npos);
 }
