@@ -219,7 +219,7 @@ engine::Study read_beam(const io::Section& top) {
   const io::Section t = top.table("beam");
   BeamStudy study{
       .material = {law, engine::read_angle_stiffness(top)},
-      .section = engine::read_solid(top, rest_length),
+      .section = engine::read_solid(top, law, rest_length),
       .lengths = t.integers("lengths"),
       .clamped = static_cast<int>(t.integer("clamped", 1, 100)),
       .frequencies = t.has("frequencies") ? static_cast<int>(t.integer("frequencies", 1, 20)) : 0};

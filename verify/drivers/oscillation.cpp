@@ -138,7 +138,7 @@ engine::Study read_oscillation(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const io::Section t = top.table("oscillation");
-  const scene::SolidSpec solid = engine::read_solid(top, derivation.rest_length);
+  const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
   const auto* block = std::get_if<solid::Block>(&solid.shape);
   const bool is_line =
       block != nullptr && block->nodes[0] == 1 && block->nodes[1] == 1 && solid.angle_stiffness == 0.0;

@@ -252,7 +252,7 @@ Observations run(const StabilityStudy& study, Progress& progress, engine::Cost& 
 engine::Study read_stability(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
-  const scene::SolidSpec solid = engine::read_solid(top, derivation.rest_length);
+  const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
   const io::Section t = top.table("stability");
   StabilityStudy study{.material = {law, solid.angle_stiffness},
                        .solid = solid,

@@ -222,7 +222,7 @@ engine::Study read_tensile(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const io::Section t = top.table("tensile");
-  const scene::SolidSpec spec = engine::read_solid(top, derivation.rest_length);
+  const scene::SolidSpec spec = engine::read_solid(top, law, derivation.rest_length);
   const Block* block = std::get_if<Block>(&spec.shape);
   if (block == nullptr || block->spacing != derivation.rest_length || spec.angle_stiffness != 0.0) {
     top.table("solid").fail(

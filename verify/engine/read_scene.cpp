@@ -76,13 +76,15 @@ double read_angle_stiffness(const io::Section& top) {
   return stiffness;
 }
 
-scene::SolidSpec read_solid(const io::Section& top, double rest_length) {
+scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, double rest_length) {
   const io::Section table = top.table("solid");
   const std::string shape = table.choice("shape", {"pair", "chain", "bar", "rod"});
   const double spacing = table.number("spacing", rest_length);
-  if (!(spacing > 0.0)) {
-    table.fail("spacing", fmt::format("'spacing' is {}", spacing), "it is a length",
-               "Give a positive number");
+  if (const Interval domain = bond::domain(law); !domain.contains(spacing)) {
+    table.fail(
+        "spacing", fmt::format("'spacing' is {}", spacing),
+        fmt::format("bond law {} is defined between {} and {}", bond::name_of(law), domain.lo, domain.hi),
+        "Choose a spacing inside, near the rest length");
   }
   const double angle_stiffness = read_angle_stiffness(top);
   if (shape == "rod") {

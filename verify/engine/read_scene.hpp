@@ -14,8 +14,8 @@ bond::AnyLaw read_law(const io::Section& top);
 bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law);
 
 /// [solid]: `shape` pair, chain, bar or rod with its size, and `spacing` (default: the law's rest length).
-/// [angle]: `stiffness` k_a; without that table there are no angles.
-scene::SolidSpec read_solid(const io::Section& top, double rest_length);
+/// [angle]: `stiffness` k_a; without that table there are no angles. The law must be defined at the spacing.
+scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, double rest_length);
 
 /// [angle] alone: k_a, 0 when the table is absent  [M L^2 T^-2].
 double read_angle_stiffness(const io::Section& top);
