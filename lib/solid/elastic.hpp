@@ -45,10 +45,9 @@ struct Workspace {
   Positions g;  // gradient of the energy by it  [M L T^-2]
 };
 
-/// Deformed bond vectors into work.d; returns whether energy and gradient exist there: every bond inside the
-/// law's domain and no angle degenerate (false for NaN).
-template <bond::BondLaw Law, class AngleTerm>
-bool deform(const Law& law, const AngleTerm&, const Network& network, const Positions& u, Workspace& work) {
+/// Deformed bond vectors into work.d; returns whether every bond is inside the law's domain (false for NaN).
+template <bond::BondLaw Law>
+[[nodiscard]] bool deform(const Law& law, const Network& network, const Positions& u, Workspace& work) {
   const auto bonds = static_cast<Eigen::Index>(network.bonds.size());
   work.d.resize(bonds, 3);
   for (int axis = 0; axis < 3; ++axis) {
@@ -63,13 +62,6 @@ bool deform(const Law& law, const AngleTerm&, const Network& network, const Posi
   const Interval domain = law.domain();
   bool defined = true;
   for (Eigen::Index b = 0; b < bonds; ++b) defined &= domain.contains(work.d.row(b).norm());
-  if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
-    for (const Angle& t : network.angles) {
-      const Vec3 a = t.sign_a * work.d.row(t.bond_a).transpose();
-      const Vec3 b = t.sign_b * work.d.row(t.bond_b).transpose();
-      defined &= is_defined(a, b, t.straight);
-    }
-  }
   return defined;
 }
 
@@ -91,30 +83,39 @@ double energy(const Law& law, const AngleTerm& angle, const Network& network, co
   return total;
 }
 
-/// Gradient of the energy at work.d, one row per node: minus the force on it  [M L T^-2].
+/// Gradient of the energy at work.d, one row per node: minus the force on it  [M L T^-2]. Returns whether
+/// every angle has one (see is_defined()).
 template <bond::BondLaw Law, class AngleTerm>
-void gradient(const Law& law, const AngleTerm& angle, const Network& network, Workspace& work,
-              Positions& by_node) {
-  work.g.resize(work.d.rows(), 3);
-  for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
-    const double r = work.d.row(b).norm();
-    work.g.row(b) = law.tension(r) / r * work.d.row(b);
+[[nodiscard]] bool gradient(const Law& law, const AngleTerm& angle, const Network& network, Workspace& work,
+                            Positions& by_node) {
+  const Eigen::Index bonds = work.d.rows();
+  work.g.resize(bonds, 3);
+  const double* const x = work.d.col(0).data();
+  const double* const y = work.d.col(1).data();
+  const double* const z = work.d.col(2).data();
+  for (Eigen::Index b = 0; b < bonds; ++b) {
+    const double r = std::sqrt(x[b] * x[b] + y[b] * y[b] + z[b] * z[b]);
+    const double pull = law.tension(r) / r;
+    work.g(b, 0) = pull * x[b];
+    work.g(b, 1) = pull * y[b];
+    work.g(b, 2) = pull * z[b];
   }
+  bool defined = true;
   if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
-    for (const Angle& t : network.angles) {
-      const Vec3 a = t.sign_a * work.d.row(t.bond_a).transpose();
-      const Vec3 b = t.sign_b * work.d.row(t.bond_b).transpose();
-      const AngleGradient g = angle_gradient(angle_state(a, b, t.straight), a, b);
-      work.g.row(t.bond_a) += angle.stiffness * t.sign_a * g.a.transpose();
-      work.g.row(t.bond_b) += angle.stiffness * t.sign_b * g.b.transpose();
-    }
+    defined = add_angle_gradients(network.angles.data(), network.angles.size(), x,
+                                  static_cast<std::size_t>(bonds), angle.stiffness, work.g.data());
   }
   by_node.setZero(network.node_count(), 3);
-  for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
-    const Bond& bond = network.bonds[static_cast<std::size_t>(b)];
-    by_node.row(bond.second) += work.g.row(b);
-    by_node.row(bond.first) -= work.g.row(b);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double* const by_bond = work.g.col(axis).data();
+    double* const out = by_node.col(axis).data();
+    for (Eigen::Index b = 0; b < bonds; ++b) {
+      const Bond& bond = network.bonds[static_cast<std::size_t>(b)];
+      out[bond.second] += by_bond[b];
+      out[bond.first] -= by_bond[b];
+    }
   }
+  return defined;
 }
 
 /// Second derivatives of the energy at work.d as triplets over coordinates axis * nodes + node; entries of

@@ -51,9 +51,7 @@ void Leapfrog::divide() {
 
 bool Leapfrog::evaluate(const Positions& u) {
   return visit(material_, [&](const auto& law, const auto& angle) {
-    if (!deform(law, angle, network_, u, work_)) return false;
-    gradient(law, angle, network_, work_, gradient_);
-    return true;
+    return deform(law, network_, u, work_) && gradient(law, angle, network_, work_, gradient_);
   });
 }
 

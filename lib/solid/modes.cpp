@@ -37,7 +37,8 @@ double frequency(double eigenvalue, double node_mass) {
 Sparse free_hessian(const Material& material, const Network& network, const Positions& u, const Held& held) {
   return visit(material, [&](const auto& law, const auto& angle) {
     Workspace work;
-    if (!deform(law, angle, network, u, work)) {
+    Positions unused;
+    if (!deform(law, network, u, work) || !gradient(law, angle, network, work, unused)) {
       throw NumericalFailure(
           "the energy has no Hessian: a bond outside its law's domain or a degenerate angle");
     }

@@ -7,21 +7,13 @@
 #include <vector>
 
 #include "base/vec.hpp"
+#include "solid/angle_kernel.hpp"
 
 namespace veriflex::solid {
 
 /// A bond between two nodes.
 struct Bond {
   std::int32_t first, second;
-};
-
-/// The angle at a node between two of its bonds; its rest value is 180 or 90 degrees. Each unordered pair of
-/// bonds of a node is one angle (departure D1: the paper's Eq. 14, read literally, would count each twice). A
-/// sign is -1 where the bond's vector points to the node.
-struct Angle {
-  std::int32_t bond_a, bond_b;
-  std::int8_t sign_a, sign_b;
-  bool straight;  // 180 degrees at rest, else 90
 };
 
 /// States of a network are displacements from `rest`: the length of a bond then carries the precision of a

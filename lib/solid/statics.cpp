@@ -66,8 +66,8 @@ Equilibrium solve(const Law& law, const AngleTerm& angle, const Network& network
   // Evaluates the state at u; false where the energy does not exist.
   const auto evaluate = [&](const Positions& u, State& state) {
     state.u = u;
-    if (!deform(law, angle, network, u, state.work)) return false;
-    gradient(law, angle, network, state.work, state.gradient);
+    if (!deform(law, network, u, state.work)) return false;
+    if (!gradient(law, angle, network, state.work, state.gradient)) return false;
     state.g = freedom.gather(state.gradient - load);
     return true;
   };

@@ -166,12 +166,11 @@ template <bond::BondLaw Law, class AngleTerm>
 double evaluate(const Law& law, const AngleTerm& angle, const Network& network, const Positions& u,
                 Positions& gradient) {
   Workspace work;
-  if (!solid::deform(law, angle, network, u, work)) {
+  if (!solid::deform(law, network, u, work) || !solid::gradient(law, angle, network, work, gradient)) {
     throw NumericalFailure(fmt::format(
         "a bond of the table's configuration is outside the domain of {}, or an angle is degenerate",
         Law::name));
   }
-  solid::gradient(law, angle, network, work, gradient);
   return solid::energy(law, angle, network, work);
 }
 
@@ -392,7 +391,7 @@ NodeParts node_parts(const Body& body, const Positions& u) {
     parts.force = -gradient;
 
     Workspace work;
-    solid::deform(law, angle, network, u, work);
+    if (!solid::deform(law, network, u, work)) throw NumericalFailure("unreachable: evaluated above");
     for (std::size_t b = 0; b < network.bonds.size(); ++b) {
       const double share = 0.5 * law.energy(work.d.row(static_cast<Eigen::Index>(b)).norm());
       parts.bond_energy[static_cast<std::size_t>(network.bonds[b].first)] += share;

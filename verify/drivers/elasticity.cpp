@@ -49,7 +49,8 @@ Mat3 stress(const ElasticityStudy& study, const solid::Network& cell, const Mat3
   work.d = cell.vectors * deformation.transpose();
   Positions unused;
   solid::visit(study.material, [&](const auto& law, const auto& angle) {
-    solid::gradient(law, angle, cell, work, unused);
+    if (!solid::gradient(law, angle, cell, work, unused))
+      throw NumericalFailure("a degenerate angle in a strained cell");
     return 0;
   });
   return work.g.transpose() * cell.vectors / (cell.spacing * cell.spacing * cell.spacing);

@@ -2,8 +2,11 @@
 
 #include <cmath>
 #include <numbers>
+#include <random>
+#include <vector>
 
 #include "catch.hpp"
+#include "solid/angle_kernel.hpp"
 
 using namespace veriflex;
 using namespace veriflex::solid;
@@ -146,4 +149,56 @@ TEST_CASE("Where an angle has no gradient it says so") {
 TEST_CASE("A difference of products keeps its digits under cancellation") {
   const double x = 1.0 + 0x1p-30;
   CHECK(difference_of_products(x, x, 1.0, 1.0 + 0x1p-29) == 0x1p-60);
+}
+
+TEST_CASE("The vectorised loop over angles gives what the plain formulas give, angle by angle") {
+  // 200 angles of every kind: more than three blocks, and a last one that is not full.
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  const std::size_t count = 200;
+  const auto bonds = static_cast<Eigen::Index>(2 * count);
+  Positions d(bonds, 3);
+  std::vector<Angle> angles;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto p = static_cast<Eigen::Index>(2 * i);
+    const Vec3 a(uniform(random), uniform(random), uniform(random));
+    const bool straight = i % 2 == 0;
+    const double off = std::pow(10.0, -static_cast<double>(i % 12));  // from anywhere to 1e-11 from flat
+    d.row(p) = a;
+    d.row(p + 1) = straight ? Vec3(-1.1 * a + off * Vec3(uniform(random), uniform(random), uniform(random)))
+                            : Vec3(uniform(random), uniform(random), uniform(random));
+    const auto first = static_cast<std::int32_t>(p);
+    const std::int8_t sign = i % 3 == 0 ? -1 : 1;
+    if (sign < 0) d.row(p) *= -1.0;
+    angles.push_back({first, first + 1, sign, 1, straight});
+  }
+  Positions fast = Positions::Zero(bonds, 3);
+  REQUIRE(
+      add_angle_gradients(angles.data(), count, d.data(), static_cast<std::size_t>(bonds), 0.7, fast.data()));
+  for (const Angle& t : angles) {
+    const Vec3 a = t.sign_a * d.row(t.bond_a).transpose();
+    const Vec3 b = t.sign_b * d.row(t.bond_b).transpose();
+    const AngleGradient plain = angle_gradient(angle_state(a, b, t.straight), a, b);
+    CHECK((Vec3(fast.row(t.bond_a)) - 0.7 * t.sign_a * plain.a).norm() <= 3e-15 * 0.7 * plain.a.norm());
+    CHECK((Vec3(fast.row(t.bond_b)) - 0.7 * t.sign_b * plain.b).norm() <= 3e-15 * 0.7 * plain.b.norm());
+  }
+}
+
+TEST_CASE("The vectorised loop reports an angle without a gradient wherever it stands") {
+  for (const std::size_t bad : {0U, 63U, 64U, 99U}) {
+    Positions d = Positions::Zero(200, 3);
+    std::vector<Angle> angles;
+    for (std::int32_t i = 0; i < 100; ++i) {
+      d(2 * i, 0) = 1.0;
+      d(2 * i + 1, 1) = 1.0;
+      angles.push_back({2 * i, 2 * i + 1, 1, 1, false});
+    }
+    Positions g = Positions::Zero(200, 3);
+    CHECK(add_angle_gradients(angles.data(), 100, d.data(), 200, 1.0, g.data()));
+    CHECK(g.norm() == 0.0);
+    d.row(static_cast<Eigen::Index>(2 * bad + 1)) = d.row(static_cast<Eigen::Index>(2 * bad));
+    CHECK_FALSE(add_angle_gradients(angles.data(), 100, d.data(), 200, 1.0, g.data()));
+    d(static_cast<Eigen::Index>(2 * bad + 1), 1) = std::nan("");
+    CHECK_FALSE(add_angle_gradients(angles.data(), 100, d.data(), 200, 1.0, g.data()));
+  }
 }

@@ -248,7 +248,7 @@ TEST_CASE("run --json has the keys that programs rely on") {
   CHECK(all[0]["id"] == "bad");
   CHECK(all[0]["verdict"] == "pass");
   CHECK(all[0]["wall_seconds"].is_number());
-  CHECK(all[1]["findings"] == 3);
+  CHECK(all[1]["findings"] == 4);
   for (const char* key : {"metric", "measured", "target", "tolerance", "margin", "verdict"}) {
     CHECK(all[0]["checks"][0].contains(key));
   }
