@@ -7,7 +7,7 @@ import re
 import warnings
 from dataclasses import dataclass
 from io import StringIO
-from itertools import cycle
+from itertools import count
 from pathlib import Path
 
 import matplotlib
@@ -349,6 +349,14 @@ def curve_error(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def label_points(axes, steps):
+    """Few points of a logarithmic abscissa are its ticks: a range of less than a decade would label all minor ones."""
+    if len(steps) > 8:
+        return
+    axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
+    axes.set_xticks([], minor=True)
+
+
 def convergence(result, record, key):
     """Every column error_<name> against the first column, log-log, with the measured order (metric order_<name>)."""
     errors = [name for name in record.columns if name.startswith("error_")]
@@ -375,6 +383,7 @@ def convergence(result, record, key):
         return None
     axes.set_xscale("log")
     axes.set_yscale("log")
+    label_points(axes, np.unique(np.concatenate([line.get_xdata() for line in handles])))
     smallest = min(np.min(line.get_ydata()) for line in handles)
     largest = max(np.max(line.get_ydata()) for line in handles)
     axes.set_ylim(smallest / 5, largest * 5)  # guides go on below round-off
@@ -424,6 +433,14 @@ def laws(results):
     ]
 
 
+def law_styles():
+    """Styles of lines without end: the colours of the style sheet, and from round to round another dash for each."""
+    styles = list(matplotlib.rcParams["axes.prop_cycle"])
+    for shift in count():
+        for place, style in enumerate(styles):
+            yield style | {"linestyle": styles[(place + shift) % len(styles)]["linestyle"]}
+
+
 def law_name(result):
     return result.id.removeprefix("derive-")
 
@@ -432,7 +449,7 @@ def bond_laws(results, key):
     """Potentials of all laws in reduced units, (U - U(r0)) / (E r0^3) against r / r0, with their limits."""
     drawing, (axes,) = canvas(height=3.7)
     handles, right, scale = [], 1.0, 0.0
-    for result, style in zip(laws(results), cycle(matplotlib.rcParams["axes.prop_cycle"])):
+    for result, style in zip(laws(results), law_styles()):
         record = result.records["potential"]
         rest, modulus = known(result, "rest_length"), known(result, "young_modulus")
         reach = known(result, "strain_at_reach")
@@ -461,7 +478,7 @@ def bond_laws_secant(results, key):
     """Secant modulus over the modulus at rest of all laws."""
     drawing, (axes,) = canvas(height=3.7)
     handles = []
-    for result, style in zip(laws(results), cycle(matplotlib.rcParams["axes.prop_cycle"])):
+    for result, style in zip(laws(results), law_styles()):
         record = result.records.get("moduli")
         if not drawable(record, "strain", "secant_ratio"):
             continue

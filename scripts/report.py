@@ -5,6 +5,7 @@ Verdicts were computed by veriflex; here they are only shown.
 """
 
 import argparse
+import json
 import math
 import os
 import re
@@ -184,6 +185,15 @@ def claims(results_read, verdict):
     ]
 
 
+def ledger_rows(ledger, results_read):
+    """Entries of the ledger (the claims of `veriflex claims --json`), each judgement with the result it stands in, if any."""
+    by_id = {result.id: result for result in results_read}
+    return [
+        entry | {"judgements": [found | {"result": by_id.get(found["case"])} for found in entry["judgements"]]}
+        for entry in ledger
+    ]
+
+
 def provenance(results_read):
     """Values that the files state for each property of program and machine, with the number of files."""
     names = dict.fromkeys(name for result in results_read for name in result.provenance)
@@ -196,8 +206,8 @@ def dates(results_read):
     return met if len(met) < 2 else [met[0], met[-1]]
 
 
-def page(results_read, unreadable):
-    """The whole HTML page as text."""
+def page(results_read, unreadable, ledger):
+    """The whole HTML page as text; `ledger` may be None."""
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -217,6 +227,7 @@ def page(results_read, unreadable):
         verdicts=Counter(result.verdict for result in results_read),
         holding=claims(results_read, "pass"),
         refuted=claims(results_read, "finding"),
+        ledger=ledger_rows(ledger, results_read) if ledger else [],
         laws=plots.laws(results_read),
         law_figures=[drawn for drawn in side_figures if drawn is not None],
         figures={result.file: plots.of_case(result, f"f{number}") for number, result in enumerate(results_read)},
@@ -274,6 +285,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(description="Write one HTML page about the result files of a folder.")
     parser.add_argument("folder", type=Path, metavar="RESULTS_DIR", help="folder with the *.h5 files of `veriflex run`")
     parser.add_argument("--out", type=Path, metavar="FILE.html", help="default: RESULTS_DIR/report.html")
+    parser.add_argument("--claims", type=Path, metavar="FILE.json", help="the ledger, from `veriflex claims --json`")
     options = parser.parse_args(arguments)
     out = options.out or options.folder / "report.html"
     remedy = f"Run `veriflex run` with --out {options.folder} first"
@@ -287,7 +299,14 @@ def main(arguments=None):
         return USAGE
     for broken in unreadable:
         print(broken.message, file=sys.stderr)
-    text = page(results_read, unreadable)
+    ledger = None
+    if options.claims:
+        try:
+            ledger = json.loads(options.claims.read_text(encoding="utf-8"))["claims"]
+        except (OSError, ValueError, KeyError, TypeError) as problem:
+            print(f"{options.claims}: no ledger ({problem}). Make it with `veriflex claims --json`", file=sys.stderr)
+            return USAGE
+    text = page(results_read, unreadable, ledger)
     try:
         write(out, text)
     except OSError as problem:

@@ -90,7 +90,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Result:
-    """One result file. Rows of `built`, `left_out` and `timing` are dicts keyed by the columns of the schema."""
+    """One result file. Rows of `assumed`, `built`, `left_out` and `timing` are dicts keyed by the columns of the schema."""
 
     file: Path
     id: str
@@ -108,6 +108,7 @@ class Result:
     case_text: str
     case_path: str
     overrides: list[str]
+    assumed: list[dict]
     built: list[dict]
     left_out: list[dict]
     provenance: dict[str, str]
@@ -202,6 +203,7 @@ def read(file, path):
         case_text=plain(file["case"][()]) if "case" in file else "",
         case_path=case.get("path", ""),
         overrides=list(case.get("overrides", [])),
+        assumed=rows(file, "assumed"),
         built=rows(file, "plan/built"),
         left_out=rows(file, "plan/left_out"),
         provenance={key: str(value) for key, value in attributes(file["provenance"]).items()},

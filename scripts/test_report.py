@@ -1,6 +1,7 @@
 #!/usr/bin/python3
 """Tests of the report: small result files in, one page out."""
 
+import json
 import re
 import subprocess
 import sys
@@ -137,6 +138,24 @@ class WrittenReport(unittest.TestCase):
         again = self.folder / "again.html"
         self.assertEqual(run(self.folder, "--out", again).returncode, 0)
         self.assertEqual(again.read_text(encoding="utf-8"), self.page)
+
+
+class Ledger(unittest.TestCase):
+    def test_every_entry_is_a_row_judged_or_not(self):
+        entry = dict(where="Eq. 1", states="E = <1>", conditions="", notes="")
+        found = [dict(case="one", verdict="finding"), dict(case="two", verdict="not run")]
+        claims = [entry | dict(id="modulus", judgements=found), entry | dict(id="speed", judgements=[])]
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "one", "pass")
+            ledger = Path(folder, "claims.json")
+            ledger.write_text(json.dumps(dict(claims=claims)))
+            self.assertEqual(run(folder, "--claims", ledger).returncode, 0)
+            page = Path(folder, "report.html").read_text(encoding="utf-8")
+            self.assertIn("2 entries, 1 with a case that judges them, 1 not yet judged", page)
+            self.assertIn("E = &lt;1&gt;", page)
+            self.assertIn('<span class="soft">not yet judged</span>', page)
+            ledger.write_text("[]")
+            self.assertEqual(run(folder, "--claims", ledger).returncode, 2)
 
 
 class RefusedReport(unittest.TestCase):

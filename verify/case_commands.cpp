@@ -9,12 +9,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "contract_commands.hpp"
 #include "drivers/drivers.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
+#include "repository.hpp"
 
 namespace veriflex {
 
@@ -28,12 +31,15 @@ using engine::CaseHead;
 using engine::Result;
 using engine::Verdict;
 
-const fs::path reference_folder = VERIFLEX_SOURCE_DIR "/reference";
+// Bytes that are no UTF-8, as file names may hold, are replaced.
+void print_json(const Json& json) {
+  fmt::print("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace));
+}
 
 struct Options {
   std::vector<std::string> cases;
   std::vector<std::string> overrides;
-  std::string case_folder = VERIFLEX_SOURCE_DIR "/cases";
+  std::string case_folder = repository::cases.string();
   std::string tier;
   std::string topic;
   std::string out = "results";
@@ -42,31 +48,16 @@ struct Options {
   bool json = false;
 };
 
-// A case is named by its path, or by its id in the folder of cases.
-fs::path path_of(const std::string& name, const fs::path& folder) {
-  if (fs::exists(name)) return name;
-  const fs::path in_folder = folder / (name + ".toml");
-  if (name.find('/') == std::string::npos && fs::exists(in_folder)) return in_folder;
-  std::vector<std::string> ids;
-  if (fs::is_directory(folder)) {
-    for (const CaseHead& head : engine::find_cases(folder)) ids.push_back(head.id);
-  }
-  const std::string near = nearest_name(fs::path(name).stem().string(), ids);
-  throw InputError({}, fmt::format("no case '{}'", name),
-                   fmt::format("neither a file nor an id in {}", folder.string()),
-                   near.empty() ? "See veriflex list" : fmt::format("Did you mean '{}'?", near));
-}
-
 Case read(const fs::path& path, const Options& options) {
-  return engine::read_case(path, options.overrides, drivers::all(), reference_folder);
+  return engine::read_case(path, options.overrides, drivers::all(), repository::references);
 }
 
 std::vector<CaseHead> chosen(const Options& options) {
   std::vector<CaseHead> heads = engine::find_cases(options.case_folder);
   std::erase_if(heads, [&](const CaseHead& head) {
     const bool of_tier = options.tier.empty() || head.tier == options.tier || !head.problem.empty();
-    const bool of_topic =
-        options.topic.empty() || std::find(head.topics.begin(), head.topics.end(), options.topic) != head.topics.end();
+    const bool of_topic = options.topic.empty() || std::find(head.topics.begin(), head.topics.end(),
+                                                             options.topic) != head.topics.end();
     return !of_tier || !of_topic;
   });
   return heads;
@@ -77,12 +68,12 @@ void list_command(const Options& options) {
   if (options.json) {
     Json all = Json::array();
     for (const CaseHead& head : heads) {
-      Json one{{"id", head.id},         {"title", head.title}, {"tier", head.tier},
+      Json one{{"id", head.id},         {"title", head.title},   {"tier", head.tier},
                {"topics", head.topics}, {"driver", head.driver}, {"path", fs::absolute(head.path).string()}};
       if (!head.problem.empty()) one["problem"] = head.problem;
       all.push_back(one);
     }
-    fmt::print("{}\n", all.dump(2));
+    print_json(all);
     return;
   }
   for (const CaseHead& head : heads) {
@@ -98,13 +89,14 @@ void list_command(const Options& options) {
 void plan_command(const Options& options) {
   Json all = Json::array();
   for (const std::string& name : options.cases) {
-    const Case c = read(path_of(name, options.case_folder), options);
+    const Case c = read(engine::case_named(name, options.case_folder), options);
     Json built = Json::array();
     Json left_out = Json::array();
     if (!options.json) fmt::print("{}: {}\n", c.id, c.title);
     for (const scene::Built& b : c.study.plan.built) {
       built.push_back({{"module", b.module}, {"what", b.what}, {"memory_bytes", b.memory_bytes}});
-      if (!options.json) fmt::print("  built     {:<12} {} ({:.3g} MB)\n", b.module, b.what, 1e-6 * b.memory_bytes);
+      if (!options.json)
+        fmt::print("  built     {:<12} {} ({:.3g} MB)\n", b.module, b.what, 1e-6 * b.memory_bytes);
     }
     for (const scene::LeftOut& l : c.study.plan.left_out) {
       left_out.push_back({{"module", l.module}, {"why", l.why}});
@@ -112,7 +104,7 @@ void plan_command(const Options& options) {
     }
     all.push_back({{"id", c.id}, {"built", built}, {"left_out", left_out}, {"measures", c.study.measures}});
   }
-  if (options.json) fmt::print("{}\n", all.dump(2));
+  if (options.json) print_json(all);
 }
 
 Json result_json(const Result& r) {
@@ -142,39 +134,48 @@ void print_result(const Result& r) {
     const engine::Check& check = r.c.checks[i];
     if (o.verdict == Verdict::fail) {
       fmt::print("        {}: {}: {} measured {:.17g}, target {:.17g}, tolerance {:.3g}, margin {:.3g}. {}\n",
-                 to_string(check.place), to_string(o.verdict), o.measure, o.measured, o.target, o.tolerance, o.margin,
-                 check.statement);
+                 to_string(check.place), to_string(o.verdict), o.measure, o.measured, o.target, o.tolerance,
+                 o.margin, check.statement);
     } else if (o.verdict == Verdict::finding) {
-      fmt::print("        finding: {} (measured {:.10g}, claimed {:.10g})\n", check.statement, o.measured, o.target);
+      fmt::print("        finding: {} (measured {:.10g}, claimed {:.10g})\n", check.statement, o.measured,
+                 o.target);
     }
   }
-  if (r.verdict == Verdict::error) fmt::print(stderr, "{}: {}\n", r.c.id, r.error_message);
 }
 
 int exit_code_of(const Result& r) {
   switch (r.verdict) {
-    case Verdict::error: return exit_code::numerical;
-    case Verdict::fail: return exit_code::check_failed;
-    default: return exit_code::success;
+    case Verdict::error:
+      return exit_code::numerical;
+    case Verdict::fail:
+      return exit_code::check_failed;
+    default:
+      return exit_code::success;
   }
 }
 
-// Runs and stores one case. A case that cannot be read is reported and, unless an earlier result stands there,
-// stored as an error, so that a report made of the folder cannot overlook it.
+// Runs and stores one case. A case file that cannot be read is reported and, unless an earlier result stands
+// there, stored as an error, so that a report made of the folder cannot overlook it.
 Result run_one(const std::string& name, const Options& options, int& code) {
   const int threads = options.threads > 0 ? options.threads : omp_get_max_threads();
   omp_set_num_threads(threads);
+  Result result{};
+  fs::path path;
   try {
-    Result result = engine::run_case(read(path_of(name, options.case_folder), options), threads);
-    engine::write_result(result, options.out);
-    code = exit_code::first_of(code, exit_code_of(result));
-    return result;
+    path = engine::case_named(name, options.case_folder);
+    result = engine::run_case(read(path, options), threads);
+    if (result.verdict == Verdict::error) {
+      fmt::print(stderr, "veriflex: {}: {}\n", path.string(), result.error_message);
+    }
   } catch (const InputError& error) {
     code = exit_code::first_of(code, exit_code::input);
-    Result result = engine::unreadable(name, error.what(), threads);
-    if (!fs::exists(fs::path(options.out) / (result.c.id + ".h5"))) engine::write_result(result, options.out);
-    return result;
+    fmt::print(stderr, "veriflex: {}\n", error.what());
+    result = engine::unreadable(path.empty() ? fs::path(name) : path, error.what(), threads);
+    if (path.empty() || fs::exists(fs::path(options.out) / (result.c.id + ".h5"))) return result;
   }
+  engine::write_result(result, options.out);
+  code = exit_code::first_of(code, result.error_kind == "input" ? exit_code::input : exit_code_of(result));
+  return result;
 }
 
 int run_all(const std::vector<std::string>& names, const Options& options) {
@@ -184,19 +185,35 @@ int run_all(const std::vector<std::string>& names, const Options& options) {
     const Result result = run_one(name, options, code);
     if (options.json) {
       all.push_back(result_json(result));
-      if (result.verdict == Verdict::error) fmt::print(stderr, "{}: {}\n", result.c.id, result.error_message);
     } else {
       print_result(result);
       std::fflush(stdout);
     }
   }
-  if (options.json) fmt::print("{}\n", all.dump(2));
+  if (options.json) print_json(all);
   return code;
 }
 
-// The report is drawn by a script from the result files; it inherits standard output.
+using TemporaryFile = std::unique_ptr<std::FILE, int (*)(std::FILE*)>;
+
+// A file without a name, which a child process reads as /dev/fd/<number>.
+TemporaryFile temporary_file(const std::string& text) {
+  TemporaryFile file(std::tmpfile(), &std::fclose);
+  if (!file || std::fwrite(text.data(), 1, text.size(), file.get()) != text.size() ||
+      std::fflush(file.get()) != 0) {
+    throw OutputError(fs::temp_directory_path().string(), "no temporary file can be written",
+                      "Make room there");
+  }
+  std::rewind(file.get());
+  return file;
+}
+
+// The report is drawn by a script from the result files and the ledger; it inherits standard output.
 int report_command(const std::string& results, const std::string& report) {
-  std::vector<std::string> words{VERIFLEX_SOURCE_DIR "/scripts/report.py", results};
+  std::vector<std::string> unreadable;  // the script reads the same files, and says so
+  const TemporaryFile ledger = temporary_file(claims_json(results, unreadable));
+  std::vector<std::string> words{VERIFLEX_SOURCE_DIR "/scripts/report.py", results, "--claims",
+                                 fmt::format("/dev/fd/{}", fileno(ledger.get()))};
   if (!report.empty()) words.insert(words.end(), {"--out", report});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -209,7 +226,8 @@ int report_command(const std::string& results, const std::string& report) {
   }
   int status = 0;
   waitpid(child, &status, 0);
-  if (!WIFEXITED(status)) throw OutputError(words[0], "was killed before the report was complete", "Run it again");
+  if (!WIFEXITED(status))
+    throw OutputError(words[0], "was killed before the report was complete", "Run it again");
   // A script that breaks off (a missing Python module) exits with 1, which here would mean a failed check.
   return WEXITSTATUS(status) == exit_code::check_failed ? exit_code::output : WEXITSTATUS(status);
 }
@@ -218,8 +236,8 @@ int verify_command(const Options& options) {
   std::vector<std::string> names;
   for (const CaseHead& head : chosen(options)) names.push_back(head.path.string());
   if (names.empty()) {
-    throw InputError({options.case_folder}, fmt::format("holds no case of tier '{}'", options.tier), "nothing to verify",
-                     "See veriflex list");
+    throw InputError({options.case_folder}, fmt::format("holds no case of tier '{}'", options.tier),
+                     "nothing to verify", "See veriflex list");
   }
   const int code = run_all(names, options);
   if (options.json) return code;  // standard output is the JSON document
@@ -230,9 +248,10 @@ void add_run_options(CLI::App& command, Options& options) {
   command.add_option("--threads", options.threads, "threads for the loops of a case (default: all cores)")
       ->check(CLI::Range(1, 4096));
   command.add_option("--out", options.out, "folder for the result files")->capture_default_str();
-  command.add_flag("--json", options.json,
-                   "print a JSON array: per case id, verdict, findings, wall_seconds, checks (metric, measured, target, "
-                   "tolerance, margin, verdict)");
+  command.add_flag(
+      "--json", options.json,
+      "print a JSON array: per case id, verdict, findings, wall_seconds, checks (metric, measured, target, "
+      "tolerance, margin, verdict)");
 }
 
 void add_case_names(CLI::App& command, Options& options) {
@@ -283,9 +302,11 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   verify->footer("Example: veriflex verify --tier quick --out results");
   verify->callback([options, &exit_code] { exit_code = verify_command(*options); });
 
-  CLI::App* report = app.add_subcommand("report", "draw the report from result files and print the table of verdicts");
+  CLI::App* report =
+      app.add_subcommand("report", "draw the report from result files and print the table of verdicts");
   report->add_option("results", options->out, "folder of result files")->capture_default_str();
-  report->add_option("--out", options->report, "the HTML file to write (default: report.html among the results)");
+  report->add_option("--out", options->report,
+                     "the HTML file to write (default: report.html among the results)");
   report->footer("Example: veriflex report results --out report.html");
   report->callback([options, &exit_code] { exit_code = report_command(options->out, options->report); });
 }

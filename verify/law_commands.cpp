@@ -38,18 +38,21 @@ void add_law_options(CLI::App& command, LawOptions& options) {
     for (const bond::ParameterInfo& p : law.parameters) {
       std::string& text = meaning[p.name];
       if (text.empty()) order.push_back(p.name);
-      text += fmt::format("{}{}: {} [{}]", text.empty() ? "" : "; ", law.name, p.meaning, to_string(p.dimension));
+      text +=
+          fmt::format("{}{}: {} [{}]", text.empty() ? "" : "; ", law.name, p.meaning, to_string(p.dimension));
     }
   }
   for (const std::string& name : order) {
     command.add_option_function<double>(
         option_name(name), [&options, name](double value) { options.given[name] = value; }, meaning[name]);
   }
-  command.add_flag("--json", options.json, "print one JSON object (17 digits; null for what the law does not have)");
+  command.add_flag("--json", options.json,
+                   "print one JSON object (17 digits; null for what the law does not have)");
 }
 
 [[noreturn]] void fail(const BadParameter& bad) {
-  throw InputError({}, fmt::format("{}: {}", option_name(bad.parameter), bad.problem), bad.why, bad.suggestion);
+  throw InputError({}, fmt::format("{}: {}", option_name(bad.parameter), bad.problem), bad.why,
+                   bad.suggestion);
 }
 
 // The law the options describe; what they leave open and the law does not default comes from `otherwise`.
@@ -82,7 +85,8 @@ Json interval(const Interval& i) { return Json::array({number(i.lo), number(i.hi
 Json validity_json(const bond::Derivation& d) {
   Json all = Json::array();
   for (const bond::Validity& v : d.validity) {
-    all.push_back({{"tolerance", v.tolerance}, {"secant", interval(v.secant)}, {"tangent", interval(v.tangent)}});
+    all.push_back(
+        {{"tolerance", v.tolerance}, {"secant", interval(v.secant)}, {"tangent", interval(v.tangent)}});
   }
   return all;
 }
@@ -124,20 +128,22 @@ Json derivation_json(const bond::AnyLaw& law, const bond::Derivation& d) {
           {"validity", validity_json(d)}};
 }
 
-void print_row(const std::string& name, double value, const std::string& dimension, const std::string& meaning) {
+void print_row(const std::string& name, double value, const std::string& dimension,
+               const std::string& meaning) {
   fmt::print("  {:<26} {:<24.17g} {:<13} {}\n", name, value, "[" + dimension + "]", meaning);
 }
 
 void print_law(const bond::AnyLaw& law) {
   fmt::print("{}\n", bond::name_of(law));
-  for (const bond::NamedValue& p : bond::parameters_of(law)) print_row(p.name, p.value, to_string(p.dimension), "");
+  for (const bond::NamedValue& p : bond::parameters_of(law))
+    print_row(p.name, p.value, to_string(p.dimension), "");
 }
 
 void print_validity(const bond::Derivation& d) {
   fmt::print("linear within   secant modulus (strain)             tangent modulus (strain)\n");
   for (const bond::Validity& v : d.validity) {
-    fmt::print("  {:>4.0f} %        {:+.6f} ... {:+.6f}            {:+.6f} ... {:+.6f}\n", 100.0 * v.tolerance, v.secant.lo,
-               v.secant.hi, v.tangent.lo, v.tangent.hi);
+    fmt::print("  {:>4.0f} %        {:+.6f} ... {:+.6f}            {:+.6f} ... {:+.6f}\n",
+               100.0 * v.tolerance, v.secant.lo, v.secant.hi, v.tangent.lo, v.tangent.hi);
   }
 }
 
@@ -154,12 +160,15 @@ void print_derivation(const bond::AnyLaw& law, const bond::Derivation& d) {
   print_row("stiffness by differences", d.stiffness_by_differences.value, "M T^-2",
             fmt::format("GSL, its own error estimate {:.1e}", d.stiffness_by_differences.error));
   fmt::print("under strain\n");
-  if (d.strain_at_reach) print_row("strain_at_reach", *d.strain_at_reach, "1", "the longest length is never reached");
+  if (d.strain_at_reach)
+    print_row("strain_at_reach", *d.strain_at_reach, "1", "the longest length is never reached");
   print_row("min_tangent_ratio", d.min_tangent_ratio, "1", "infimum of U''(r)/U''(r_eq) in tension");
   print_row("min_tangent_strain", d.min_tangent_strain, "1", "where");
   for (const bond::Kink& k : d.kinks) {
-    fmt::print("  stiffness jumps at r = {:.6g} (strain {:+.6f}): tangent ratio {:.5f} -> {:.5f}, tension by {:.6g}\n",
-               k.length, k.strain, k.tangent_below, k.tangent_above, k.tension_jump);
+    fmt::print(
+        "  stiffness jumps at r = {:.6g} (strain {:+.6f}): tangent ratio {:.5f} -> {:.5f}, tension by "
+        "{:.6g}\n",
+        k.length, k.strain, k.tangent_below, k.tangent_above, k.tension_jump);
   }
   print_validity(d);
 }
@@ -217,7 +226,8 @@ void calibrate_command(const CalibrateOptions& options) {
 }  // namespace
 
 void add_derive_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("derive", "rest length, stiffness, Young's modulus and validity range of a bond law");
+  CLI::App* command = app.add_subcommand(
+      "derive", "rest length, stiffness, Young's modulus and validity range of a bond law");
   const auto options = std::make_shared<LawOptions>();
   add_law_options(*command, *options);
   command->footer("Example: veriflex derive --law fene-lj --depth 1 --diameter 1 --json");
@@ -225,14 +235,19 @@ void add_derive_command(CLI::App& app) {
 }
 
 void add_calibrate_command(CLI::App& app) {
-  CLI::App* command = app.add_subcommand("calibrate", "bond and angle parameters for a wanted Young's modulus and spacing");
+  CLI::App* command =
+      app.add_subcommand("calibrate", "bond and angle parameters for a wanted Young's modulus and spacing");
   const auto options = std::make_shared<CalibrateOptions>();
   command->add_option("--young", options->young, "Young's modulus E [M L^-1 T^-2]")->required();
   command->add_option("--spacing", options->spacing, "lattice spacing r0, the rest length [L]")->required();
-  command->add_option("--poisson", options->poisson, "Poisson's ratio in the shear sense: G = E/(2 (1 + nu)) [1]")->required();
+  command
+      ->add_option("--poisson", options->poisson,
+                   "Poisson's ratio in the shear sense: G = E/(2 (1 + nu)) [1]")
+      ->required();
   add_law_options(*command, options->law);
   command->footer(
-      "The law's own options give its shape in any units, for example --attraction and --reach for depth = diameter = 1.\n"
+      "The law's own options give its shape in any units, for example --attraction and --reach for depth = "
+      "diameter = 1.\n"
       "Example: veriflex calibrate --young 0.26 --spacing 1 --poisson 0.3 --json");
   command->callback([options] { calibrate_command(*options); });
 }

@@ -62,9 +62,10 @@ std::vector<CsvColumn> parse_csv(std::string_view text, const std::string& file)
         const bool repeated = std::any_of(columns.begin(), columns.end(),
                                           [&](const CsvColumn& c) { return c.name == field.text; });
         if (field.text.empty() || repeated) {
-          throw InputError({file, line_number, field.column},
-                           field.text.empty() ? "a column has no name" : fmt::format("column '{}' twice", field.text),
-                           "the first line that is no comment names the columns", "Name every column once");
+          throw InputError(
+              {file, line_number, field.column},
+              field.text.empty() ? "a column has no name" : fmt::format("column '{}' twice", field.text),
+              "the first line that is no comment names the columns", "Name every column once");
         }
         columns.push_back({std::string(field.text), {}});
       }
@@ -79,7 +80,8 @@ std::vector<CsvColumn> parse_csv(std::string_view text, const std::string& file)
     }
   }
   if (columns.empty() || columns.front().values.empty()) {
-    throw InputError({file}, "holds no table", "column names and at least one row are needed", "Look at the file");
+    throw InputError({file}, "holds no table", "column names and at least one row are needed",
+                     "Look at the file");
   }
   return columns;
 }

@@ -13,7 +13,8 @@ struct CsvColumn {
 };
 
 /// The table in `text`; `file` is only for messages.
-/// Throws InputError: no columns, repeated or empty names, rows of another length, anything that is not a finite number.
+/// Throws InputError: no columns, repeated or empty names, rows of another length, anything that is not a
+/// finite number.
 std::vector<CsvColumn> parse_csv(std::string_view text, const std::string& file);
 
 }  // namespace veriflex::io

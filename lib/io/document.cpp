@@ -4,9 +4,12 @@
 #include <fmt/ranges.h>
 #include <toml++/toml.h>
 
+#include <algorithm>
 #include <cmath>
 #include <map>
 #include <set>
+#include <sstream>
+#include <string_view>
 
 namespace veriflex::io {
 
@@ -14,24 +17,32 @@ struct Section::Node {
   std::shared_ptr<const toml::table> document;  // keeps the nodes alive
   const toml::table* table;
   std::string file;
-  std::string name;  // dotted path of this table, empty at the top
+  std::string name;                                     // dotted path of this table, empty at the top
   std::map<const toml::node*, std::string> overridden;  // values that came from --set, with its text
   std::set<std::string, std::less<>> read;
   std::set<std::string, std::less<>> asked;  // keys somebody knows, for suggestions
   std::vector<std::shared_ptr<Node>> below;
+  bool abandoned = false;
 };
 
 namespace {
 
 std::string type_name(const toml::node& node) {
   switch (node.type()) {
-    case toml::node_type::table: return "a table";
-    case toml::node_type::array: return "an array";
-    case toml::node_type::string: return "text";
-    case toml::node_type::integer: return "an integer";
-    case toml::node_type::floating_point: return "a number";
-    case toml::node_type::boolean: return "true or false";
-    default: return "a date or time";
+    case toml::node_type::table:
+      return "a table";
+    case toml::node_type::array:
+      return "an array";
+    case toml::node_type::string:
+      return "text";
+    case toml::node_type::integer:
+      return "an integer";
+    case toml::node_type::floating_point:
+      return "a number";
+    case toml::node_type::boolean:
+      return "true or false";
+    default:
+      return "a date or time";
   }
 }
 
@@ -39,13 +50,67 @@ Place place_of(const toml::node& node, const std::string& file) {
   return {file, node.source().begin.line, node.source().begin.column};
 }
 
+// What `key` names inside a table, or `0`, `1`, ... inside an array; null when there is no such thing.
+template <class Node>  // toml::node, const or not
+Node* entry(Node& in, const std::string& key) {
+  if (auto* table = in.as_table()) return table->get(key);
+  auto* array = in.as_array();
+  const bool is_index =
+      !key.empty() && key.find_first_not_of("0123456789") == std::string::npos && key.size() < 6;
+  return array != nullptr && is_index ? array->get(std::stoul(key)) : nullptr;
+}
+
+// The end of the TOML string that begins at `start`, or of the line or text that it lacks one on.
+std::size_t end_of_string(std::string_view text, std::size_t start) {
+  const char quote = text[start];
+  const std::string triple(3, quote);
+  const bool multi_line = text.substr(start, 3) == triple;
+  std::size_t at = start + (multi_line ? 3 : 1);
+  while (at < text.size()) {
+    if (multi_line ? text.substr(at, 3) == triple : text[at] == quote) return at + (multi_line ? 3 : 1);
+    if (!multi_line && text[at] == '\n') return at;
+    at += quote == '"' && text[at] == '\\' ? 2 : 1;
+  }
+  return text.size();
+}
+
+// toml++ bounds the nesting of values, but not of dotted keys, each part of which takes some of the stack.
+void refuse_deep_keys(std::string_view text, const std::string& file) {
+  constexpr int deepest = 16;
+  unsigned line = 1;
+  int dots = 0;
+  for (std::size_t at = 0; at < text.size();) {
+    const char c = text[at];
+    if (c == '"' || c == '\'') {
+      const std::size_t end = end_of_string(text, at);
+      line += static_cast<unsigned>(std::count(text.begin() + static_cast<std::ptrdiff_t>(at),
+                                               text.begin() + static_cast<std::ptrdiff_t>(end), '\n'));
+      at = end;
+      continue;
+    }
+    if (c == '#') {
+      at = std::min(text.find('\n', at), text.size());
+      continue;
+    }
+    if (c == '\n') ++line;
+    if (c == '\n' || std::string_view("=,[]{}").find(c) != std::string_view::npos) dots = 0;
+    if (c == '.' && ++dots > deepest) {
+      throw InputError({file, line, 1}, fmt::format("a key of more than {} parts", deepest),
+                       "no table is nested that deep", "Shorten it");
+    }
+    ++at;
+  }
+}
+
 void apply_override(toml::table& document, const std::string& setting, const std::string& file,
                     std::map<const toml::node*, std::string>& overridden) {
   const auto bad = [&](const std::string& problem, const std::string& why, const std::string& suggestion) {
     throw InputError({}, fmt::format("--set {}: {}", setting, problem), why, suggestion);
   };
+  refuse_deep_keys(setting, "");
   const std::size_t equals = setting.find('=');
-  if (equals == std::string::npos || equals == 0) bad("not of the form key=value", "", "Write --set bond.depth=2.0");
+  if (equals == std::string::npos || equals == 0)
+    bad("not of the form key=value", "", "Write --set bond.depth=2.0");
   const std::string path = setting.substr(0, equals);
   const std::string value = setting.substr(equals + 1);
 
@@ -62,13 +127,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
   for (std::size_t dot = last.find('.'); dot != std::string::npos; dot = last.find('.')) {
     const std::string key = last.substr(0, dot);
     last = last.substr(dot + 1);
-    toml::node* next = nullptr;
-    if (toml::table* table = at->as_table()) {
-      next = table->get(key);
-    } else if (toml::array* array = at->as_array()) {
-      const bool is_index = !key.empty() && key.find_first_not_of("0123456789") == std::string::npos && key.size() < 6;
-      if (is_index) next = array->get(std::stoul(key));
-    }
+    toml::node* next = entry(*at, key);
     if (next == nullptr) {
       bad(fmt::format("{} has no '{}'", file, key), "the tables on the way to the key must exist",
           "Look at the case file for its tables");
@@ -84,7 +143,8 @@ void apply_override(toml::table& document, const std::string& setting, const std
 }
 
 // The section of a table below `parent`, the same one however often it is asked for.
-std::shared_ptr<Section::Node> child(Section::Node& parent, const toml::table& table, const std::string& name) {
+std::shared_ptr<Section::Node> child(Section::Node& parent, const toml::table& table,
+                                     const std::string& name) {
   for (const auto& known : parent.below) {
     if (known->table == &table) return known;
   }
@@ -115,23 +175,28 @@ const toml::node& need(const Section& of, Section::Node& section, const std::str
     const std::string near = nearest_name(key, unread);
     const std::string where = section.name.empty() ? "the file" : fmt::format("[{}]", section.name);
     throw InputError(near.empty() ? of.place() : of.place(near), fmt::format("{} lacks '{}'", where, key),
-                     "it has no default", near.empty() ? "Add it" : fmt::format("Is '{}' a misspelling of it?", near));
+                     "it has no default",
+                     near.empty() ? "Add it" : fmt::format("Is '{}' a misspelling of it?", near));
   }
   return *node;
 }
 
 double as_number(const Section& section, const std::string& key, const toml::node& node, bool infinity_too) {
   const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
-  if (!value) section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a number is needed", "Write it without quotes, like 1.5e-3");
+  if (!value)
+    section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a number is needed",
+                 "Write it without quotes, like 1.5e-3");
   if (std::isnan(*value) || (std::isinf(*value) && !(infinity_too && *value > 0.0))) {
-    section.fail(key, fmt::format("'{}' is {}", key, *value), "a finite number is needed", "Give a finite value");
+    section.fail(key, fmt::format("'{}' is {}", key, *value), "a finite number is needed",
+                 "Give a finite value");
   }
   return *value;
 }
 
 const toml::array& as_array(const Section& section, const std::string& key, const toml::node& node) {
   if (const toml::array* array = node.as_array()) return *array;
-  section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an array is needed", "Write it in brackets: [...]");
+  section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an array is needed",
+               "Write it in brackets: [...]");
 }
 
 }  // namespace
@@ -152,10 +217,12 @@ double Section::number_or_infinity(const std::string& key) const {
 std::int64_t Section::integer(const std::string& key, std::int64_t least, std::int64_t most) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<std::int64_t> value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
-  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an integer is needed", "Write it without point and quotes");
+  if (!value)
+    fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an integer is needed",
+         "Write it without point and quotes");
   if (*value < least || *value > most) {
-    fail(key, fmt::format("'{}' is {}", key, *value), fmt::format("it must lie between {} and {}", least, most),
-         "Choose a value in that range");
+    fail(key, fmt::format("'{}' is {}", key, *value),
+         fmt::format("it must lie between {} and {}", least, most), "Choose a value in that range");
   }
   return *value;
 }
@@ -163,15 +230,22 @@ std::int64_t Section::integer(const std::string& key, std::int64_t least, std::i
 bool Section::flag(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<bool> value = node.is_boolean() ? node.value<bool>() : std::nullopt;
-  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "true or false is needed", "Write it without quotes");
+  if (!value)
+    fail(key, fmt::format("'{}' is {}", key, type_name(node)), "true or false is needed",
+         "Write it without quotes");
   return *value;
 }
 
 std::string Section::text(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<std::string> value = node.is_string() ? node.value<std::string>() : std::nullopt;
-  if (!value) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "text is needed", "Write it in quotes");
+  if (!value)
+    fail(key, fmt::format("'{}' is {}", key, type_name(node)), "text is needed", "Write it in quotes");
   if (value->empty()) fail(key, fmt::format("'{}' is empty", key), "it is shown to the reader", "Fill it in");
+  if (value->find('\0') != std::string::npos) {
+    fail(key, fmt::format("'{}' holds a zero byte", key), "a result file could not keep what follows it",
+         "Remove it");
+  }
   return *value;
 }
 
@@ -187,7 +261,9 @@ std::vector<std::int64_t> Section::integers(const std::string& key) const {
   std::vector<std::int64_t> values;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
     const std::optional<std::int64_t> value = item.is_integer() ? item.value<std::int64_t>() : std::nullopt;
-    if (!value) fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "integers are needed", "Write them like [4, 4, 12]");
+    if (!value)
+      fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "integers are needed",
+           "Write them like [4, 4, 12]");
     values.push_back(*value);
   }
   return values;
@@ -197,7 +273,9 @@ std::vector<std::string> Section::texts(const std::string& key) const {
   std::vector<std::string> values;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
     const std::optional<std::string> value = item.is_string() ? item.value<std::string>() : std::nullopt;
-    if (!value || value->empty()) fail(key, fmt::format("'{}' holds {}", key, value ? "empty text" : type_name(item)), "texts are needed", "Write them in quotes");
+    if (!value || value->empty())
+      fail(key, fmt::format("'{}' holds {}", key, value ? "empty text" : type_name(item)), "texts are needed",
+           "Write them in quotes");
     values.push_back(*value);
   }
   return values;
@@ -205,7 +283,9 @@ std::vector<std::string> Section::texts(const std::string& key) const {
 
 Section Section::table(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
-  if (!node.is_table()) fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a table is needed", fmt::format("Write [{}] and its keys below", key));
+  if (!node.is_table())
+    fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a table is needed",
+         fmt::format("Write [{}] and its keys below", key));
   return Section(child(*node_, *node.as_table(), key));
 }
 
@@ -214,7 +294,9 @@ std::vector<Section> Section::tables(const std::string& key) const {
   const toml::node* node = find(*node_, key);
   if (node == nullptr) return all;
   for (const toml::node& item : as_array(*this, key, *node)) {
-    if (!item.is_table()) fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "tables are needed", fmt::format("Write [[{}]] before each", key));
+    if (!item.is_table())
+      fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "tables are needed",
+           fmt::format("Write [[{}]] before each", key));
     all.emplace_back(child(*node_, *item.as_table(), fmt::format("{}.{}", key, all.size())));
   }
   return all;
@@ -224,7 +306,9 @@ std::optional<double> Section::number_if(const std::string& key) const {
   return has(key) ? std::optional(number(key)) : std::nullopt;
 }
 
-double Section::number(const std::string& key, double otherwise) const { return has(key) ? number(key) : otherwise; }
+double Section::number(const std::string& key, double otherwise) const {
+  return has(key) ? number(key) : otherwise;
+}
 
 std::string Section::text(const std::string& key, const std::string& otherwise) const {
   return has(key) ? text(key) : otherwise;
@@ -262,20 +346,61 @@ void Section::fail(const std::string& key, const std::string& problem, const std
   throw InputError(place(key), problem, why, suggestion);
 }
 
-void Section::finish() const {
+std::optional<std::string> Section::shown(const std::string& path) const {
+  const toml::node* at = node_->table;
+  for (std::size_t start = 0; at != nullptr && start <= path.size();) {
+    const std::size_t dot = std::min(path.find('.', start), path.size());
+    at = entry(*at, path.substr(start, dot - start));
+    start = dot + 1;
+  }
+  if (at == nullptr) return std::nullopt;
+  std::ostringstream text;
+  at->visit([&text](const auto& value) { text << value; });
+  return text.str();
+}
+
+std::vector<InputError> Section::unknown_keys() const {
+  std::vector<InputError> all;
+  if (node_->abandoned) return all;
   for (const auto& [name, value] : *node_->table) {
     const std::string key{name.str()};
     if (node_->read.contains(key)) continue;
     const std::vector<std::string> known(node_->asked.begin(), node_->asked.end());
     const std::string near = nearest_name(key, known);
     const std::string where = node_->name.empty() ? "the top level" : fmt::format("[{}]", node_->name);
-    fail(key, fmt::format("unknown key '{}' at {}", key, where), "nothing reads it",
-         near.empty() ? fmt::format("Keys known here: {}", fmt::join(known, ", ")) : fmt::format("Did you mean '{}'?", near));
+    all.emplace_back(place(key), fmt::format("unknown key '{}' at {}", key, where), "nothing reads it",
+                     near.empty() ? fmt::format("Keys known here: {}", fmt::join(known, ", "))
+                                  : fmt::format("Did you mean '{}'?", near));
   }
-  for (const auto& node : node_->below) Section(node).finish();
+  for (const auto& node : node_->below) {
+    for (InputError& error : Section(node).unknown_keys()) all.push_back(std::move(error));
+  }
+  return all;
 }
 
-Section parse_document(const std::string& text, const std::string& file, const std::vector<std::string>& overrides) {
+void Section::abandon() const { node_->abandoned = true; }
+
+void Section::finish() const {
+  const std::vector<InputError> unknown = unknown_keys();
+  if (!unknown.empty()) throw unknown.front();
+}
+
+std::vector<std::string> Section::asked() const {
+  std::set<std::string> all(node_->asked.begin(), node_->asked.end());
+  for (const auto& node : node_->below) {
+    std::string name = node->name.substr(node_->name.empty() ? 0 : node_->name.size() + 1);
+    const std::size_t dot = name.find('.');
+    if (dot != std::string::npos && name.find_first_not_of("0123456789", dot + 1) == std::string::npos) {
+      name.replace(dot, std::string::npos, "[]");
+    }
+    for (const std::string& key : Section(node).asked()) all.insert(name + "." + key);
+  }
+  return {all.begin(), all.end()};
+}
+
+Section parse_document(const std::string& text, const std::string& file,
+                       const std::vector<std::string>& overrides) {
+  refuse_deep_keys(text, file);
   auto document = std::make_shared<toml::table>();
   try {
     *document = toml::parse(text, file);

@@ -1,4 +1,5 @@
-/// TOML documents as typed sections that remember which keys were read, so that a key nobody reads is an error.
+/// TOML documents as typed sections that remember which keys were read, so that a key nobody reads is an
+/// error.
 #pragma once
 
 #include <cstdint>
@@ -12,8 +13,9 @@
 
 namespace veriflex::io {
 
-/// One table of a document. A copy refers to the same table. Every reader throws InputError with file, line and column when the value
-/// is missing (for the forms without default), of another type, or not finite where a number is asked for.
+/// One table of a document. A copy refers to the same table. Every reader throws InputError with file, line
+/// and column when the value is missing (for the forms without default), of another type, or not finite where
+/// a number is asked for.
 class Section {
  public:
   struct Node;
@@ -47,16 +49,29 @@ class Section {
   [[noreturn]] void fail(const std::string& key, const std::string& problem, const std::string& why,
                          const std::string& suggestion) const;
 
-  /// Throws InputError for the first key, here or in any table below, that nothing has read.
+  /// The value at a dotted path below this table as TOML text, `[[name]]` entries as `name.0`; nothing when
+  /// there is none.
+  std::optional<std::string> shown(const std::string& path) const;
+
+  /// One error per key, here or in any table below, that nothing has read.
+  std::vector<InputError> unknown_keys() const;
+  /// Says that this table's reader broke off: unknown_keys() then leaves it out, and the tables below.
+  void abandon() const;
+  /// Throws the first of unknown_keys().
   void finish() const;
+
+  /// Dotted paths of every key that a reader has asked for, here and in the tables below, present or not; the
+  /// entries of
+  /// `[[name]]` are `name[]`. What the schema documents must list.
+  std::vector<std::string> asked() const;
 
  private:
   std::shared_ptr<Node> node_;
 };
 
-/// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare word is taken as
-/// text). `[[name]]` entries are addressed as `name.0`. An override of a key the document lacks adds it, and a reader that
-/// does not know it will object. Throws InputError.
+/// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare
+/// word is taken as text). `[[name]]` entries are addressed as `name.0`. An override of a key the document
+/// lacks adds it, and a reader that does not know it will object. Throws InputError.
 Section parse_document(const std::string& text, const std::string& file,
                        const std::vector<std::string>& overrides = {});
 

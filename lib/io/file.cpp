@@ -22,11 +22,15 @@ std::string read_file(const fs::path& path) {
   if (fs::is_directory(path, error)) {
     throw InputError({path.string()}, "is a folder", "a file is needed", "Name the file itself");
   }
+  if (fs::exists(path, error) && !fs::is_regular_file(path, error)) {
+    throw InputError({path.string()}, "is a device or pipe", "a file is needed", "Name a file");
+  }
   std::ifstream in(path, std::ios::binary);
   std::ostringstream bytes;
   if (in) bytes << in.rdbuf();
   if (!in) {
-    throw InputError({path.string()}, "cannot be read", std::strerror(errno), "Look at the path and its permissions");
+    throw InputError({path.string()}, "cannot be read", std::strerror(errno),
+                     "Look at the path and its permissions");
   }
   return bytes.str();
 }

@@ -14,8 +14,8 @@ std::string read_file(const std::filesystem::path& path);
 /// SHA-256 in hexadecimal.
 std::string sha256(std::string_view bytes);
 
-/// Writes the bytes beside `path`, syncs, and renames: afterwards `path` holds either all of them or what it held
-/// before. Makes missing folders. Throws OutputError.
+/// Writes the bytes beside `path`, syncs, and renames: afterwards `path` holds either all of them or what it
+/// held before. Makes missing folders. Throws OutputError.
 void write_file(const std::filesystem::path& path, std::span<const char> bytes);
 
 }  // namespace veriflex::io

@@ -5,6 +5,8 @@
 
 #include <stdexcept>
 
+#include "base/error.hpp"
+
 namespace veriflex::io {
 
 namespace {
@@ -55,15 +57,16 @@ void write_dataset(hid_t file, const std::string& path, hid_t file_type, hid_t m
   check(H5Pset_create_intermediate_group(links, 1), path);
   const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "data set properties");
   check(H5Pset_obj_track_times(properties, false), path);
-  const Handle set(H5Dcreate2(file, path.c_str(), file_type, space, links, properties, H5P_DEFAULT), H5Dclose, path);
+  const Handle set(H5Dcreate2(file, path.c_str(), file_type, space, links, properties, H5P_DEFAULT), H5Dclose,
+                   path);
   check(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, H5P_DEFAULT, data), path);
 }
 
-void write_attribute(hid_t file, const std::string& path, const std::string& name, hid_t file_type, hid_t memory_type,
-                     hid_t space, const void* data) {
+void write_attribute(hid_t file, const std::string& path, const std::string& name, hid_t file_type,
+                     hid_t memory_type, hid_t space, const void* data) {
   const Handle object(H5Oopen(file, path.c_str(), H5P_DEFAULT), H5Oclose, path);
-  const Handle attribute(H5Acreate2(object, name.c_str(), file_type, space, H5P_DEFAULT, H5P_DEFAULT), H5Aclose,
-                         path + "@" + name);
+  const Handle attribute(H5Acreate2(object, name.c_str(), file_type, space, H5P_DEFAULT, H5P_DEFAULT),
+                         H5Aclose, path + "@" + name);
   check(H5Awrite(attribute, memory_type, data), path + "@" + name);
 }
 
@@ -112,7 +115,8 @@ void Hdf5Image::attribute(const std::string& path, const std::string& name, std:
   write_attribute(file_, path, name, H5T_STD_I64LE, H5T_NATIVE_INT64, scalar(), &value);
 }
 
-void Hdf5Image::attribute(const std::string& path, const std::string& name, const std::vector<std::string>& values) {
+void Hdf5Image::attribute(const std::string& path, const std::string& name,
+                          const std::vector<std::string>& values) {
   const Handle type = utf8_text();
   write_attribute(file_, path, name, type, type, extent(values.size()), pointers(values).data());
 }
@@ -126,6 +130,92 @@ std::vector<char> Hdf5Image::bytes() const {
     throw std::runtime_error("HDF5 library: cannot read back the file made in memory");
   }
   return image;
+}
+
+namespace {
+
+[[noreturn]] void damaged(const std::string& file, const std::string& what) {
+  throw InputError({file}, fmt::format("no readable {} in it", what), "damaged, truncated or no result file",
+                   "Run the case again, or remove the file");
+}
+
+// Runs `read`, whose failures are those of the file.
+template <class Read>
+auto reading(const std::string& file, const std::string& what, Read read) {
+  try {
+    return read();
+  } catch (const std::runtime_error&) {
+    damaged(file, what);
+  }
+}
+
+std::size_t size_of(hid_t space) {
+  const hssize_t size = H5Sget_simple_extent_npoints(space);
+  if (size < 0) throw std::runtime_error("no extent");
+  return static_cast<std::size_t>(size);
+}
+
+void require_type(hid_t type, H5T_class_t wanted) {
+  const bool is_text_as_written = wanted != H5T_STRING || H5Tis_variable_str(type) > 0;
+  if (H5Tget_class(type) != wanted || !is_text_as_written) throw std::runtime_error("another type");
+}
+
+// Texts that the library has allocated, copied and given back.
+std::vector<std::string> taken(std::vector<char*>& raw, hid_t type, hid_t space) {
+  std::vector<std::string> values;
+  for (const char* text : raw) values.emplace_back(text == nullptr ? "" : text);
+  H5Dvlen_reclaim(type, space, H5P_DEFAULT, raw.data());
+  return values;
+}
+
+}  // namespace
+
+Hdf5File::Hdf5File(const std::filesystem::path& path) : name_(path.string()) {
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
+  file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  if (file_ < 0) damaged(name_, "HDF5 structure");
+}
+
+Hdf5File::~Hdf5File() { H5Fclose(file_); }
+
+std::string Hdf5File::attribute(const std::string& path, const std::string& name) const {
+  return reading(name_, fmt::format("attribute '{}' of {}", name, path), [&] {
+    const Handle object(H5Oopen(file_, path.c_str(), H5P_DEFAULT), H5Oclose, path);
+    const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, name);
+    const Handle space(H5Aget_space(attribute), H5Sclose, name);
+    const Handle stored(H5Aget_type(attribute), H5Tclose, name);
+    require_type(stored, H5T_STRING);
+    if (size_of(space) != 1) throw std::runtime_error("not one text");
+    const Handle type = utf8_text();
+    std::vector<char*> raw(1, nullptr);
+    check(H5Aread(attribute, type, raw.data()), name);
+    return taken(raw, type, space).front();
+  });
+}
+
+std::vector<std::string> Hdf5File::texts(const std::string& path) const {
+  return reading(name_, path, [&] {
+    const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose, path);
+    const Handle space(H5Dget_space(set), H5Sclose, path);
+    const Handle stored(H5Dget_type(set), H5Tclose, path);
+    require_type(stored, H5T_STRING);
+    const Handle type = utf8_text();
+    std::vector<char*> raw(size_of(space), nullptr);
+    check(H5Dread(set, type, H5S_ALL, H5S_ALL, H5P_DEFAULT, raw.data()), path);
+    return taken(raw, type, space);
+  });
+}
+
+std::vector<double> Hdf5File::numbers(const std::string& path) const {
+  return reading(name_, path, [&] {
+    const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose, path);
+    const Handle space(H5Dget_space(set), H5Sclose, path);
+    const Handle stored(H5Dget_type(set), H5Tclose, path);
+    require_type(stored, H5T_FLOAT);
+    std::vector<double> values(size_of(space));
+    check(H5Dread(set, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), path);
+    return values;
+  });
 }
 
 }  // namespace veriflex::io

@@ -1,16 +1,18 @@
-/// An HDF5 file made in memory, so that it reaches the disk whole or not at all.
+/// HDF5 files: made in memory, so that they reach the disk whole or not at all, and read back.
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace veriflex::io {
 
-/// The file being made. Paths are absolute ("/records/potential"); groups on the way to a data set are made as needed.
-/// Identical calls give identical bytes: no times are stored. Every function throws std::runtime_error naming the path when
-/// the HDF5 library refuses, which is a mistake of the caller or lack of memory.
+/// The file being made. Paths are absolute ("/records/potential"); groups on the way to a data set are made
+/// as needed. Identical calls give identical bytes: no times are stored. Every function throws
+/// std::runtime_error naming the path when the HDF5 library refuses, which is a mistake of the caller or lack
+/// of memory.
 class Hdf5Image {
  public:
   Hdf5Image();
@@ -32,6 +34,24 @@ class Hdf5Image {
   std::vector<char> bytes() const;
 
  private:
+  std::int64_t file_;
+};
+
+/// A file opened for reading. Every function throws InputError when the file is no HDF5 file, is damaged, or
+/// lacks what is asked for.
+class Hdf5File {
+ public:
+  explicit Hdf5File(const std::filesystem::path& path);
+  ~Hdf5File();
+  Hdf5File(const Hdf5File&) = delete;
+  Hdf5File& operator=(const Hdf5File&) = delete;
+
+  std::string attribute(const std::string& path, const std::string& name) const;  // a text
+  std::vector<std::string> texts(const std::string& path) const;
+  std::vector<double> numbers(const std::string& path) const;
+
+ private:
+  std::string name_;
   std::int64_t file_;
 };
 

@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <numbers>
+
 #include "base/error.hpp"
 
 namespace veriflex::scene {
@@ -19,35 +22,58 @@ std::string describe(const bond::AnyLaw& law) {
   return text;
 }
 
-void plan_solid(const SolidSpec& spec, const bond::AnyLaw& law, Plan& plan) {
-  const auto [n, m, l] = spec.block.nodes;
-  const auto nodes = static_cast<double>(spec.block.node_count());
-  const auto bonds = static_cast<double>(spec.block.bond_count());
-  // Positions, gradient, load and reaction; per bond two indices and, in the Hessian and its triplets, 36 +
-  // 36 entries; the Cholesky factor fills in with the section's width.
-  const double network = nodes * 24.0 + bonds * 8.0;
-  const double fill = nodes * 9.0 * static_cast<double>(std::min(n * m, std::int64_t{4096})) * 12.0;
-  const double statics = nodes * 3.0 * 24.0 + bonds * (36.0 * 16.0 + 36.0 * 16.0) + fill;
+struct Size {
+  double nodes, bonds, section;  // section: nodes in one, which is how far the Cholesky factor fills in
+  std::string shape;
+};
+
+Size size_of(const solid::Block& block) {
+  const auto [n, m, l] = block.nodes;
+  return {static_cast<double>(block.node_count()), static_cast<double>(block.bond_count()),
+          static_cast<double>(n) * static_cast<double>(m), fmt::format("{} x {} x {}", n, m, l)};
+}
+
+Size size_of(const solid::Rod& rod) {
+  const double section = std::numbers::pi * (rod.radius + 0.5) * (rod.radius + 0.5);
+  const double nodes = section * static_cast<double>(rod.sections);
+  return {nodes, 3.0 * nodes, section,
+          fmt::format("rod of radius {}, {} sections,", rod.radius, rod.sections)};
+}
+
+void plan_solid(const SolidSpec& spec, const Scene& scene, Plan& plan) {
+  const Size size = std::visit([](const auto& shape) { return size_of(shape); }, spec.shape);
+  const bool angles = spec.angle_stiffness != 0.0;
+  const double angle_count = angles ? 15.0 * size.nodes : 0.0;
+  const double network = size.nodes * 24.0 + size.bonds * 32.0 + angle_count * sizeof(solid::Angle);
+  // Displacement, gradient, load, reaction; bond vectors and their gradients; for a static solution the
+  // Hessian's triplets and entries and its factor, for a moving one the velocities.
+  const double state = size.nodes * 4.0 * 24.0 + size.bonds * 48.0;
+  const double factor = size.nodes * 9.0 * std::min(size.section, 4096.0) * 12.0;
+  const double solver =
+      scene.moves ? size.nodes * 24.0 : (size.bonds * 36.0 + angle_count * 144.0) * 32.0 + factor;
   const double available = free_memory_bytes();
-  if (network + statics > available || nodes * 3.0 > 2147483647.0) {
+  if (network + state + solver > available || size.nodes * 3.0 > 2147483647.0) {
     throw BadParameter(
-        "nodes", fmt::format("{} x {} x {} nodes are too many", n, m, l),
-        fmt::format("a static solution would take about {:.3g} GB, {:.3g} GB are free; indices end at "
+        "nodes", fmt::format("{} nodes are too many", size.shape),
+        fmt::format("the solution would take about {:.3g} GB, {:.3g} GB are free; indices end at "
                     "715827882 nodes",
-                    (network + statics) * 1e-9, available * 1e-9),
+                    (network + state + solver) * 1e-9, available * 1e-9),
         "Use fewer nodes");
   }
-  plan.built.push_back({"solid",
-                        fmt::format("{} x {} x {} nodes, {} nearest-neighbour bonds ({}), spacing {}", n, m,
-                                    l, spec.block.bond_count(), bond::name_of(law), spec.block.spacing),
-                        network});
   plan.built.push_back(
-      {"statics",
-       fmt::format("Newton with line search, sparse Cholesky; ends held axially, lateral displacements {}",
-                   spec.lateral == Lateral::held ? "held (exact: C12 = 0)" : "free"),
-       statics});
-  plan.left_out.push_back({"angles", "not implemented yet: bonds alone have no shear stiffness"});
-  plan.left_out.push_back({"velocities", "a static study needs none"});
+      {"solid", fmt::format("{} nodes, nearest-neighbour bonds ({})", size.shape, bond::name_of(scene.law)),
+       network + state});
+  if (angles) {
+    plan.built.push_back(
+        {"angles",
+         fmt::format("right and straight, each pair of bonds of a node once, k_a = {}", spec.angle_stiffness),
+         0.0});
+  } else {
+    plan.left_out.push_back(
+        {"angles", "k_a = 0: no angle list, no angle loop; bonds alone have no shear stiffness"});
+  }
+  plan.built.push_back({scene.moves ? "motion" : "statics", scene.method, solver});
+  if (!scene.moves) plan.left_out.push_back({"velocities", "a static study needs none"});
 }
 
 }  // namespace
@@ -56,13 +82,21 @@ Plan plan(const Scene& scene) {
   Plan plan;
   plan.built.push_back({"bond law", describe(scene.law), 0.0});
   if (scene.solid) {
-    plan_solid(*scene.solid, scene.law, plan);
+    plan_solid(*scene.solid, scene, plan);
   } else {
     plan.left_out.push_back({"solid", "the case names none"});
   }
   plan.left_out.push_back({"fluid", "the case names none"});
   plan.left_out.push_back({"coupling", "needs a fluid and a solid"});
   return plan;
+}
+
+solid::Network build(const SolidSpec& spec) {
+  solid::Network network = std::holds_alternative<solid::Block>(spec.shape)
+                               ? solid::cubic_lattice(std::get<solid::Block>(spec.shape))
+                               : solid::rod_lattice(std::get<solid::Rod>(spec.shape));
+  if (spec.angle_stiffness != 0.0) solid::add_angles(network);
+  return network;
 }
 
 }  // namespace veriflex::scene

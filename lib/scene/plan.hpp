@@ -3,6 +3,7 @@
 
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "bond/laws.hpp"
@@ -10,21 +11,17 @@
 
 namespace veriflex::scene {
 
-/// How the coordinates across the axis are treated.
-enum class Lateral {
-  held,  // they stay where they are; exact for a bar of bonds along its axis, because C12 = 0
-  free,  // only the rigid motions are removed
-};
-
 struct SolidSpec {
-  solid::Block block;
-  Lateral lateral;
+  std::variant<solid::Block, solid::Rod> shape;
+  double angle_stiffness;  // k_a; 0 builds no angles  [M L^2 T^-2]
 };
 
 /// A module that is not named is absent: not built, no memory.
 struct Scene {
   bond::AnyLaw law;
   std::optional<SolidSpec> solid;
+  std::string method;  // how the solid is solved, in words
+  bool moves;          // whether it has velocities
 };
 
 struct Built {
@@ -43,8 +40,9 @@ struct Plan {
   std::vector<LeftOut> left_out;
 };
 
-/// The plan of a static study of the scene.
 /// Throws BadParameter ("nodes") when the solid would not fit into the memory that is free now.
 Plan plan(const Scene& scene);
+
+solid::Network build(const SolidSpec& spec);
 
 }  // namespace veriflex::scene

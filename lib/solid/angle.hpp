@@ -49,8 +49,12 @@ inline AngleState angle_state(const Vec3& a, const Vec3& b, bool straight) {
   return t;
 }
 
-/// Whether the gradient exists: see the head of this file.
-inline bool is_defined(const AngleState& t, bool straight) { return t.s2 > 0.0 || (straight && t.c < 0.0); }
+/// Whether the gradient exists, with a margin of about 1e-6 of an angle: see the head of this file. False for
+/// NaN.
+inline bool is_defined(const Vec3& a, const Vec3& b, bool straight) {
+  const double c = a.dot(b);
+  return (straight && c < 0.0) || c * c < (1.0 - 1e-12) * a.squaredNorm() * b.squaredNorm();
+}
 
 /// Gradient of U/k_a by a and by b; that by the node is minus their sum  [L^-1].
 struct AngleGradient {

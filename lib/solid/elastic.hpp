@@ -67,8 +67,7 @@ bool deform(const Law& law, const AngleTerm&, const Network& network, const Posi
     for (const Angle& t : network.angles) {
       const Vec3 a = t.sign_a * work.d.row(t.bond_a).transpose();
       const Vec3 b = t.sign_b * work.d.row(t.bond_b).transpose();
-      // |a x b|^2 > 0 means neither flat nor folded; a straight angle may be flat the right way.
-      defined &= precise_cross(a, b).squaredNorm() > 0.0 || (t.straight && a.dot(b) < 0.0);
+      defined &= is_defined(a, b, t.straight);
     }
   }
   return defined;

@@ -163,7 +163,7 @@ engine::Study read_derive(const io::Section& top) {
     }
     measures.insert(measures.end(), {"force_per_strain_at_rounded", "young_modulus_at_rounded"});
   }
-  return {.plan = engine::read_plan(top, {.law = study.law, .solid = {}}),
+  return {.plan = engine::read_plan(top, {.law = study.law, .solid = {}, .method = {}, .moves = false}),
           .measures = measures,
           .run = [study](Progress&, engine::Cost& cost) {
             Observations seen;

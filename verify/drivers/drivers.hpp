@@ -16,11 +16,27 @@ engine::Study read_tensile(const io::Section& top);
 /// The solid against a table that another program computed.
 engine::Study read_compare(const io::Section& top);
 
+/// Largest time step that a noisy body survives, against the linear limit.
+engine::Study read_stability(const io::Section& top);
+
+/// Elastic constants C11, C12, C44 of the infinite lattice, by homogeneous deformation.
+engine::Study read_elasticity(const io::Section& top);
+
+/// Bending of beams: stiffness of the section term by term, cantilevers, bending frequencies.
+engine::Study read_beam(const io::Section& top);
+
+/// Period of a swinging pair or chain: error of leap-frog against the work done.
+engine::Study read_oscillation(const io::Section& top);
+
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
       {"compare", "the solid against a table that another program computed", &read_compare},
       {"tensile", "static pull on a bar: stress-strain curve and modulus at zero strain", &read_tensile},
+      {"elasticity", "elastic constants of the infinite lattice", &read_elasticity},
+      {"beam", "bending stiffness, cantilevers and bending frequencies", &read_beam},
+      {"oscillation", "period of a pair or chain: error against run time", &read_oscillation},
+      {"stability", "first time step that a noisy body does not survive", &read_stability},
   };
   return drivers;
 }

@@ -26,14 +26,13 @@ enum class Control { displacement, load };
 struct TensileStudy {
   bond::AnyLaw law;
   bond::Derivation derivation;
-  scene::SolidSpec solid;
+  Block block;
+  bool lateral_held;
   Control control;
   std::vector<double> points;    // strains, or stresses under load control  [1] or [M L^-1 T^-2]
   double modulus_strain;         // the largest strain of the modulus' differences  [1]
   int modulus_levels;            // how often it is halved
   std::vector<double> sections;  // n of n x n sections whose modulus is compared
-
-  bool lateral_held() const { return solid.lateral == scene::Lateral::held; }
 };
 
 // Calls pull(i) for i < count on all threads; each state is solved on its own, so the results do not depend
@@ -63,9 +62,8 @@ Record stress_strain(const TensileStudy& study, Progress& progress) {
   const std::vector<Pulled> states = pull_all(study.points.size(), "curve", progress, [&](std::size_t i) {
     try {
       return study.control == Control::displacement
-                 ? solid::pull_to_strain(study.law, study.solid.block, study.lateral_held(), study.points[i])
-                 : solid::pull_with_stress(study.law, study.solid.block, study.lateral_held(),
-                                           study.points[i]);
+                 ? solid::pull_to_strain(study.law, study.block, study.lateral_held, study.points[i])
+                 : solid::pull_with_stress(study.law, study.block, study.lateral_held, study.points[i]);
     } catch (const NumericalFailure& failure) {
       throw NumericalFailure(fmt::format("at {} {}: {}",
                                          study.control == Control::displacement ? "strain" : "stress",
@@ -120,7 +118,7 @@ Differences modulus_at_rest(const TensileStudy& study, const Block& block, Progr
   };
   const std::vector<Pulled> states = pull_all(2 * levels + 1, "modulus", progress, [&](std::size_t i) {
     const double sign = i % 2 == 0 ? 1.0 : -1.0;
-    return solid::pull_to_strain(study.law, block, study.lateral_held(),
+    return solid::pull_to_strain(study.law, block, study.lateral_held,
                                  i == 2 * levels ? 0.0 : sign * strain(i / 2));
   });
   const double at_rest = states.back().stress;
@@ -170,7 +168,7 @@ Record section_moduli(const TensileStudy& study, Progress& progress) {
                  {"modulus_node_area", "", "M L^-1 T^-2", "area n^2 r0^2", {}},
                  {"modulus_outer_faces", "", "M L^-1 T^-2", "area (n-1)^2 r0^2", {}}}};
   for (const double n : study.sections) {
-    Block block = study.solid.block;
+    Block block = study.block;
     block.nodes[0] = block.nodes[1] = static_cast<std::int64_t>(n);
     const double modulus = modulus_at_rest(study, block, progress).extrapolated;
     record.append({n, modulus, modulus * n * n / ((n - 1.0) * (n - 1.0))});
@@ -189,7 +187,7 @@ Observations run(const TensileStudy& study, Progress& progress, engine::Cost& co
          "largest out-of-balance force over the largest tension or that of a strain of 1e-3, all states"});
     cost.finish("curve");
   }
-  const Differences differences = modulus_at_rest(study, study.solid.block, progress);
+  const Differences differences = modulus_at_rest(study, study.block, progress);
   seen.records.push_back(convergence(differences, derived));
   seen.metrics.push_back({"young_modulus", differences.extrapolated, "M L^-1 T^-2",
                           "stress over strain, central differences extrapolated to zero strain"});
@@ -224,10 +222,18 @@ engine::Study read_tensile(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const io::Section t = top.table("tensile");
+  const scene::SolidSpec spec = engine::read_solid(top, derivation.rest_length);
+  const Block* block = std::get_if<Block>(&spec.shape);
+  if (block == nullptr || block->spacing != derivation.rest_length || spec.angle_stiffness != 0.0) {
+    top.table("solid").fail(
+        "shape", "the tensile driver pulls pairs, chains and bars of bonds at their rest length",
+        "it needs neither rods nor angles: lateral contraction is zero", "Leave out [angle] and 'spacing'");
+  }
   TensileStudy study{
       .law = law,
       .derivation = derivation,
-      .solid = engine::read_solid(top, derivation.rest_length),
+      .block = *block,
+      .lateral_held = top.table("solid").choice("lateral", {"held", "free"}) == "held",
       .control =
           t.choice("control", {"displacement", "load"}) == "load" ? Control::load : Control::displacement,
       .points = {},
@@ -267,9 +273,16 @@ engine::Study read_tensile(const io::Section& top) {
     measures.insert(measures.end(), {"largest_residual", "stress_strain.stress", "stress_strain.strain"});
   }
   if (!study.sections.empty()) measures.insert(measures.end(), {"section_spread", "outer_face_ratio"});
-  return {.plan = engine::read_plan(top, {.law = law, .solid = study.solid}),
-          .measures = measures,
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+  return {
+      .plan = engine::read_plan(
+          top, {.law = law,
+                .solid = spec,
+                .method = fmt::format(
+                    "Newton with line search, sparse Cholesky; ends held axially, lateral displacements {}",
+                    study.lateral_held ? "held (exact: C12 = 0)" : "free"),
+                .moves = false}),
+      .measures = measures,
+      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 
 }  // namespace veriflex::drivers

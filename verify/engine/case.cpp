@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "engine/ledger.hpp"
 #include "io/file.hpp"
 
 namespace veriflex::engine {
@@ -36,41 +37,53 @@ Tolerance read_tolerance(const io::Section& check, bool curve) {
     tolerance.text = fmt::format("{} {}", tolerance.value, given[0]);
   }
   if (!(tolerance.value > 0.0)) {
-    t.fail(given[0], fmt::format("tolerance is {}", tolerance.value), "it must be positive", "Give a positive number");
+    t.fail(given[0], fmt::format("tolerance is {}", tolerance.value), "it must be positive",
+           "Give a positive number");
   }
   if (curve && !tolerance.relative) {
     t.fail(given[0], fmt::format("'{}' does not fit a curve", given[0]),
-           "its errors are relative to max(|reference|, floor)", "Write { relative = ..., floor = ..., reason = ... }");
+           "its errors are relative to max(|reference|, floor)",
+           "Write { relative = ..., floor = ..., reason = ... }");
   }
   if (curve) {
     tolerance.floor = t.number("floor");
-    if (!(tolerance.floor >= 0.0)) t.fail("floor", "floor is negative", "it bounds |reference| from below", "Give 0 or more");
+    if (!(tolerance.floor >= 0.0))
+      t.fail("floor", "floor is negative", "it bounds |reference| from below", "Give 0 or more");
     tolerance.text = fmt::format("{} max(|reference|, {})", tolerance.value, tolerance.floor);
   }
   return tolerance;
 }
 
-std::size_t index_of_reference(const std::string& id, Case& c, const fs::path& reference_folder, const Place& place) {
+// Where checks look up what they name.
+struct Shelf {
+  const fs::path& references;
+  std::optional<Ledger> ledger;  // read when the first claim asks for it
+};
+
+std::size_t index_of_reference(const std::string& id, Case& c, const Shelf& shelf, const Place& place) {
   for (std::size_t i = 0; i < c.references.size(); ++i) {
     if (c.references[i].id == id) return i;
   }
-  c.references.push_back(find_reference(id, c.path.parent_path(), reference_folder, place));
+  c.references.push_back(find_reference(id, c.path.parent_path(), shelf.references, place));
   return c.references.size() - 1;
 }
 
-void read_target(const io::Section& s, Check& check, Case& c, const fs::path& reference_folder) {
+void read_target(const io::Section& s, Check& check, Case& c, const Shelf& shelf) {
   if (s.has("target") == s.has("reference")) {
-    throw InputError(s.place(), s.has("target") ? "both target and reference" : "neither target nor reference",
-                     "a check compares with one number", "Give either reference (and quantity), or target, kind and source");
+    throw InputError(s.place(),
+                     s.has("target") ? "both target and reference" : "neither target nor reference",
+                     "a check compares with one number",
+                     "Give either reference (and quantity), or target, kind and source");
   }
   if (s.has("target")) {
-    if (check.curve) s.fail("target", "a curve needs a reference", "its points stand in a table", "Name a reference");
+    if (check.curve)
+      s.fail("target", "a curve needs a reference", "its points stand in a table", "Name a reference");
     check.target = s.number("target");
     check.kind = s.choice("kind", reference_kinds());
     check.source = s.text("source");
     return;
   }
-  check.reference = index_of_reference(s.text("reference"), c, reference_folder, s.place("reference"));
+  check.reference = index_of_reference(s.text("reference"), c, shelf, s.place("reference"));
   const Reference& reference = c.references[*check.reference];
   check.kind = reference.kind;
   check.source = reference.source;
@@ -96,21 +109,33 @@ void read_target(const io::Section& s, Check& check, Case& c, const fs::path& re
            fmt::format("it has: {}", fmt::join(names, ", ")), "Name one of these with quantity = \"...\"");
   }
   check.target = found->second.value;
+  if (!std::isfinite(check.target)) {
+    s.fail("reference", fmt::format("'{}' of reference '{}' is {}", quantity, reference.id, check.target),
+           "no measured number lies at a distance from that", "Judge another quantity");
+  }
   const double allowed = check.tolerance.value * (check.tolerance.relative ? std::abs(check.target) : 1.0);
   if (found->second.uncertainty > allowed) {
-    s.fail("tolerance", fmt::format("tolerance {} is tighter than the reference's uncertainty {}", allowed, found->second.uncertainty),
+    s.fail("tolerance",
+           fmt::format("tolerance {} is tighter than the reference's uncertainty {}", allowed,
+                       found->second.uncertainty),
            "the reference cannot decide that", "Widen the tolerance or find a better reference");
   }
 }
 
-void read_claim(const io::Section& s, Check& check) {
+void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
   check.claim = s.text("claim");
+  if (!shelf.ledger) shelf.ledger = read_ledger(shelf.references);
+  find_entry(*shelf.ledger, check.claim, s.place("claim"));
   if (s.flag("expected_to_hold", true)) return;
   const io::Section recorded = s.table("recorded");
   check.refuted = Recorded{recorded.number("value"), recorded.number("relative")};
+  if (!(check.refuted->relative > 0.0)) {
+    recorded.fail("relative", fmt::format("'relative' is {}", check.refuted->relative),
+                  "it says how far a later measurement may depart", "Give a positive number");
+  }
 }
 
-Check read_check(const io::Section& s, Case& c, const fs::path& reference_folder) {
+Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
   Check check{};
   check.place = s.place();
   check.question = s.choice("question", {"code", "claim"}) == "code" ? Question::code : Question::claim;
@@ -129,18 +154,27 @@ Check read_check(const io::Section& s, Case& c, const fs::path& reference_folder
   const std::vector<std::string>& known = c.study.measures;
   if (std::find(known.begin(), known.end(), check.measure) == known.end()) {
     const std::string near = nearest_name(check.measure, known);
-    s.fail(check.curve ? "curve" : "metric", fmt::format("driver '{}' does not measure '{}'", c.driver, check.measure),
+    s.fail(check.curve ? "curve" : "metric",
+           fmt::format("driver '{}' does not measure '{}'", c.driver, check.measure),
            fmt::format("it measures: {}", fmt::join(known, ", ")),
            near.empty() ? "Choose one of these" : fmt::format("Did you mean '{}'?", near));
   }
   check.tolerance = read_tolerance(s, check.curve.has_value());
   check.outside = s.has("holds") && s.choice("holds", {"within", "outside"}) == "outside";
-  read_target(s, check, c, reference_folder);
+  read_target(s, check, c, shelf);
   if (check.tolerance.relative && !check.curve && check.target == 0.0) {
     s.fail("tolerance", "a relative tolerance of a target of zero", "nothing but exactly zero would pass",
            "Give an absolute tolerance");
   }
-  if (check.question == Question::claim) read_claim(s, check);
+  if (check.question == Question::claim) read_claim(s, check, shelf);
+  for (const Check& other : c.checks) {
+    if (other.measure == check.measure && other.statement == check.statement &&
+        other.question == check.question) {
+      s.fail("statement", fmt::format("the check of '{}' stands here twice", check.measure),
+             "the first is at " + to_string(other.place),
+             "Remove one, or say what it checks beyond the other");
+    }
+  }
   return check;
 }
 
@@ -149,6 +183,22 @@ const Driver& find_driver(const io::Section& top, const std::vector<Driver>& dri
   for (const Driver& driver : drivers) names.push_back(driver.name);
   const std::string name = top.choice("driver", names);
   return *std::find_if(drivers.begin(), drivers.end(), [&](const Driver& d) { return d.name == name; });
+}
+
+std::vector<Assumption> read_assumed(const io::Section& top) {
+  const io::Section table = top.table("assumed");
+  std::vector<Assumption> all;
+  for (const std::string& path : table.keys()) {
+    const std::optional<std::string> value = top.shown(path);
+    if (!value || path.starts_with("assumed")) {
+      table.fail(path, fmt::format("the case has no value '{}'", path),
+                 "[assumed] explains values that stand in the case",
+                 "Write its dotted path in quotes, like \"bond.cutoff\" = \"...\", and the value itself in "
+                 "its table");
+    }
+    all.push_back({path, *value, table.text(path)});
+  }
+  return all;
 }
 
 CaseHead head_of(const io::Section& top, const fs::path& path) {
@@ -173,29 +223,63 @@ const std::vector<std::string>& tiers() {
   return names;
 }
 
-Case read_case(const fs::path& path, const std::vector<std::string>& overrides, const std::vector<Driver>& drivers,
-               const fs::path& reference_folder) {
+Case read_parts(const io::Section& top, const fs::path& path, const std::vector<Driver>& drivers,
+                const fs::path& reference_folder, std::vector<InputError>& problems) {
+  // Whether `read` came to its end; a table whose reader broke off has no unknown keys.
+  const auto attempt = [&problems](const io::Section& section, const auto& read) {
+    try {
+      read();
+      return true;
+    } catch (const InputError& error) {
+      problems.push_back(error);
+      section.abandon();
+      return false;
+    }
+  };
   Case c;
   c.path = path;
-  c.text = io::read_file(path);
+  attempt(top, [&] {
+    CaseHead head = head_of(top, path);
+    c.id = std::move(head.id);
+    c.title = std::move(head.title);
+    c.tier = std::move(head.tier);
+    c.topics = std::move(head.topics);
+    c.asks = top.text("asks");
+    c.equation = top.text("equation");
+    c.sources = top.texts("sources");
+    c.sources_at = top.place("sources");
+  });
+  const bool has_study = attempt(top, [&] {
+    const Driver& driver = find_driver(top, drivers);
+    c.driver = driver.name;
+    c.study = driver.read(top);
+  });
+  if (top.has("assumed")) attempt(top, [&] { c.assumed = read_assumed(top); });
+  if (!has_study) return c;  // what its checks may ask for is not known
+  attempt(top, [&] {
+    Shelf shelf{reference_folder, {}};
+    const std::vector<io::Section> checks = top.tables("check");
+    if (checks.empty()) {
+      throw InputError(top.place(), "the case checks nothing", "its verdict would mean nothing",
+                       "Add a [[check]]");
+    }
+    for (const io::Section& check : checks) {
+      attempt(check, [&] { c.checks.push_back(read_check(check, c, shelf)); });
+    }
+  });
+  for (const InputError& error : top.unknown_keys()) problems.push_back(error);
+  return c;
+}
+
+Case read_case(const fs::path& path, const std::vector<std::string>& overrides,
+               const std::vector<Driver>& drivers, const fs::path& reference_folder) {
+  const std::string text = io::read_file(path);
+  std::vector<InputError> problems;
+  Case c = read_parts(io::parse_document(text, path.string(), overrides), path, drivers, reference_folder,
+                      problems);
+  if (!problems.empty()) throw problems.front();
+  c.text = text;
   c.overrides = overrides;
-  const io::Section top = io::parse_document(c.text, path.string(), overrides);
-  CaseHead head = head_of(top, path);
-  c.id = std::move(head.id);
-  c.title = std::move(head.title);
-  c.tier = std::move(head.tier);
-  c.topics = std::move(head.topics);
-  c.asks = top.text("asks");
-  c.equation = top.text("equation");
-  c.sources = top.texts("sources");
-  const Driver& driver = find_driver(top, drivers);
-  c.driver = driver.name;
-  c.study = driver.read(top);
-  for (const io::Section& check : top.tables("check")) c.checks.push_back(read_check(check, c, reference_folder));
-  if (c.checks.empty()) {
-    throw InputError({path.string()}, "the case checks nothing", "its verdict would mean nothing", "Add a [[check]]");
-  }
-  top.finish();
   return c;
 }
 
@@ -207,14 +291,33 @@ CaseHead read_head(const fs::path& path) {
   }
 }
 
+fs::path case_named(const std::string& name, const fs::path& folder) {
+  std::error_code impossible;  // such as a name too long for the file system: there is no such file
+  if (fs::exists(name, impossible)) return name;
+  const fs::path in_folder = folder / (name + ".toml");
+  if (name.find('/') == std::string::npos && fs::exists(in_folder, impossible)) return in_folder;
+  std::vector<std::string> ids;
+  if (fs::is_directory(folder, impossible)) {
+    for (const CaseHead& head : find_cases(folder)) ids.push_back(head.id);
+  }
+  const std::string near = nearest_name(fs::path(name).stem().string(), ids);
+  throw InputError({}, fmt::format("no case '{}'", name),
+                   fmt::format("neither a file nor an id in {}", folder.string()),
+                   near.empty() ? "See veriflex list" : fmt::format("Did you mean '{}'?", near));
+}
+
 std::vector<CaseHead> find_cases(const fs::path& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw InputError({folder.string()}, "no such folder of cases", "cases are looked for there", "Give another with --cases");
+    throw InputError({folder.string()}, "no such folder of cases", "cases are looked for there",
+                     "Give another with --cases");
   }
   std::vector<CaseHead> heads;
-  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, error)) {
     if (entry.path().extension() == ".toml") heads.push_back(read_head(entry.path()));
+  }
+  if (error) {
+    throw InputError({folder.string()}, "cannot be read", error.message(), "Look at its permissions");
   }
   std::sort(heads.begin(), heads.end(), [](const CaseHead& a, const CaseHead& b) { return a.id < b.id; });
   return heads;

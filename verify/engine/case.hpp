@@ -1,4 +1,5 @@
-/// A case: one question, the study that answers it, and the checks that judge the answer. Schema: cases/README.md.
+/// A case: one question, the study that answers it, and the checks that judge the answer. Schema:
+/// cases/README.md.
 #pragma once
 
 #include <filesystem>
@@ -43,17 +44,27 @@ struct Check {
   double target;  // 0 for a curve, whose measure is its largest error
   bool outside;   // the statement holds when the measured value is *not* within the tolerance of the target
   Tolerance tolerance;
-  std::optional<std::size_t> reference;  // index in Case::references; none when the case states the target itself
+  std::optional<std::size_t>
+      reference;  // index in Case::references; none when the case states the target itself
   std::string kind;
   std::string source;
-  std::string claim;               // ledger entry, for a claim
+  std::string claim;                // ledger entry, for a claim
   std::optional<Recorded> refuted;  // given: the claim is expected not to hold
   Place place;
+};
+
+/// A value that the source does not give.
+struct Assumption {
+  std::string path;   // dotted, of a value in the case
+  std::string value;  // as TOML
+  std::string why;
 };
 
 struct Case {
   std::string id, title, asks, equation, driver, tier;
   std::vector<std::string> topics, sources;
+  Place sources_at;
+  std::vector<Assumption> assumed;
   std::string text;  // of the file
   std::filesystem::path path;
   std::vector<std::string> overrides;
@@ -64,12 +75,18 @@ struct Case {
 
 const std::vector<std::string>& tiers();
 
-/// Reads a case and the references it names (beside it, or in `reference_folder`). Throws InputError.
+/// Reads a case and the references it names (beside it, or in `reference_folder`, which also holds the ledger
+/// of claims). Throws InputError, the first of what read_parts() finds.
 Case read_case(const std::filesystem::path& path, const std::vector<std::string>& overrides,
                const std::vector<Driver>& drivers, const std::filesystem::path& reference_folder);
 
-/// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is empty or says
-/// why it is no case.
+/// What can be read of the case in `top`, which stands at `path`; what cannot is added to `problems`: per
+/// table of the case the first problem in it, and every key that nobody knows.
+Case read_parts(const io::Section& top, const std::filesystem::path& path, const std::vector<Driver>& drivers,
+                const std::filesystem::path& reference_folder, std::vector<InputError>& problems);
+
+/// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is
+/// empty or says why it is no case.
 struct CaseHead {
   std::string id, title, tier, driver;
   std::vector<std::string> topics;
@@ -77,6 +94,10 @@ struct CaseHead {
   std::string problem;
 };
 CaseHead read_head(const std::filesystem::path& path);
+
+/// The case file that `name` means: a path, or an id in `folder`. Throws InputError, with the nearest id
+/// suggested.
+std::filesystem::path case_named(const std::string& name, const std::filesystem::path& folder);
 
 /// Heads of all `*.toml` files in a folder, sorted by id.
 std::vector<CaseHead> find_cases(const std::filesystem::path& folder);

@@ -17,8 +17,8 @@ std::array<std::int64_t, 3> read_nodes(const io::Section& solid, const std::stri
   if (shape == "chain") return {1, 1, solid.integer("nodes", 2, most_nodes)};
   const std::vector<std::int64_t> nodes = solid.integers("nodes");
   if (nodes.size() != 3) {
-    solid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()), "a bar has n, m and l nodes along x, y and z",
-               "Write for example nodes = [4, 4, 12]");
+    solid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()),
+               "a bar has n, m and l nodes along x, y and z", "Write for example nodes = [4, 4, 12]");
   }
   for (std::size_t i = 0; i < 3; ++i) {
     const std::int64_t least = i == 2 ? 2 : 1;
@@ -48,17 +48,6 @@ bond::AnyLaw read_law(const io::Section& top) {
   }
 }
 
-double read_angle_stiffness(const io::Section& top) {
-  if (!top.has("angle")) return 0.0;
-  const io::Section table = top.table("angle");
-  const double stiffness = table.number("stiffness");
-  if (!(stiffness > 0.0)) {
-    table.fail("stiffness", fmt::format("'stiffness' is {}", stiffness), "an angle that is there resists",
-               "Give a positive number, or leave out [angle] for a network without angles");
-  }
-  return stiffness;
-}
-
 bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law) {
   try {
     return bond::derive(law);
@@ -70,11 +59,36 @@ bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law
   }
 }
 
-scene::SolidSpec read_solid(const io::Section& top, double spacing) {
+double read_angle_stiffness(const io::Section& top) {
+  if (!top.has("angle")) return 0.0;
+  const io::Section table = top.table("angle");
+  const double stiffness = table.number("stiffness");
+  if (!(stiffness >= 0.0)) {
+    table.fail("stiffness", fmt::format("'stiffness' is {}", stiffness), "k_a cannot be negative",
+               "Give 0 or more");
+  }
+  return stiffness;
+}
+
+scene::SolidSpec read_solid(const io::Section& top, double rest_length) {
   const io::Section table = top.table("solid");
-  const std::string shape = table.choice("shape", {"pair", "chain", "bar"});
-  return {.block = {.nodes = read_nodes(table, shape), .spacing = spacing},
-          .lateral = table.choice("lateral", {"held", "free"}) == "held" ? scene::Lateral::held : scene::Lateral::free};
+  const std::string shape = table.choice("shape", {"pair", "chain", "bar", "rod"});
+  const double spacing = table.number("spacing", rest_length);
+  if (!(spacing > 0.0)) {
+    table.fail("spacing", fmt::format("'spacing' is {}", spacing), "it is a length",
+               "Give a positive number");
+  }
+  const double angle_stiffness = read_angle_stiffness(top);
+  if (shape == "rod") {
+    const double radius = table.number("radius");
+    if (!(radius >= 0.0) || radius > 1000.0) {
+      table.fail("radius", fmt::format("'radius' is {}", radius), "it is in spacings, from 0 to 1000",
+                 "2.5 gives 21 nodes a section");
+    }
+    return {.shape = solid::Rod{radius, table.integer("sections", 1, most_nodes), spacing},
+            .angle_stiffness = angle_stiffness};
+  }
+  return {.shape = solid::Block{read_nodes(table, shape), spacing}, .angle_stiffness = angle_stiffness};
 }
 
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene) {

@@ -10,14 +10,15 @@ namespace veriflex::engine {
 /// [bond]: `law` and that law's parameters.
 bond::AnyLaw read_law(const io::Section& top);
 
-/// [angle] `stiffness`, k_a of the harmonic angle [M L^2 T^-2]; 0, no angles, where the case has no such table.
-double read_angle_stiffness(const io::Section& top);
-
 /// What follows from that law, with a law that has no rest length reported at its place in the case.
 bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law);
 
-/// [solid]: `shape` pair, chain or bar, its `nodes`, and `lateral`. The lattice spacing is the law's rest length.
-scene::SolidSpec read_solid(const io::Section& top, double spacing);
+/// [solid]: `shape` pair, chain, bar or rod with its size, and `spacing` (default: the law's rest length).
+/// [angle]: `stiffness` k_a; without that table there are no angles.
+scene::SolidSpec read_solid(const io::Section& top, double rest_length);
+
+/// [angle] alone: k_a, 0 when the table is absent  [M L^2 T^-2].
+double read_angle_stiffness(const io::Section& top);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene);

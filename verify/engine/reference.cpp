@@ -13,21 +13,25 @@ namespace {
 std::vector<io::CsvColumn> read_data(const io::Section& data, const fs::path& folder, std::string& sha256) {
   const fs::path file = folder / data.text("file");
   sha256 = data.text("sha256");
-  if (!fs::is_regular_file(file)) {
-    data.fail("file", fmt::format("data file '{}' does not exist", file.string()), "it is named relative to the reference",
+  std::error_code impossible;
+  if (!fs::is_regular_file(file, impossible)) {
+    data.fail("file", fmt::format("data file '{}' does not exist", file.string()),
+              "it is named relative to the reference",
               "Put it there, or make it again with the reference's command");
   }
   const std::string text = io::read_file(file);
   const std::string found = io::sha256(text);
   if (found != sha256) {
-    data.fail("sha256", fmt::format("'{}' does not match its checksum", file.string()), "it has SHA-256 " + found,
-              "Restore the file, or renew the checksum with a stated reason");
+    data.fail("sha256", fmt::format("'{}' does not match its checksum", file.string()),
+              "it has SHA-256 " + found, "Restore the file, or renew the checksum with a stated reason");
   }
   return io::parse_csv(text, file.string());
 }
 
 // A case and its reference may share their stem, also when both lie in one folder's reach.
-bool is_case(const fs::path& path) { return io::parse_document(io::read_file(path), path.string()).has("driver"); }
+bool is_case(const fs::path& path) {
+  return io::parse_document(io::read_file(path), path.string()).has("driver");
+}
 
 }  // namespace
 
@@ -38,7 +42,10 @@ const std::vector<std::string>& reference_kinds() {
 }
 
 Reference read_reference(const fs::path& path) {
-  const io::Section top = io::parse_document(io::read_file(path), path.string());
+  return read_reference(io::parse_document(io::read_file(path), path.string()), path);
+}
+
+Reference read_reference(const io::Section& top, const fs::path& path) {
   Reference reference;
   reference.path = path;
   top.integer("schema", 1, 1);
@@ -51,27 +58,43 @@ Reference read_reference(const fs::path& path) {
   reference.source = top.text("source");
   reference.obtained = top.text("obtained");
   reference.command = top.text("command", "");
+  const bool published = reference.kind.starts_with("published-");
+  if (published || top.has("citations")) reference.citations = top.texts("citations");
+  reference.citations_at = top.place("citations");
+  if (published && reference.citations.empty()) {
+    top.fail("citations", "'citations' is empty", "what is published was published somewhere",
+             "Name a key of bibliography.bib");
+  }
+  if (reference.kind == "baseline") {
+    const io::Section origin = top.table("provenance");
+    reference.origin = {origin.text("revision"), origin.text("compiler"), origin.text("machine"),
+                        origin.text("date"), origin.text("reason")};
+  }
   if (top.has("values")) {
     const io::Section values = top.table("values");
     for (const std::string& name : values.keys()) {
       const io::Section value = values.table(name);
-      reference.values[name] = {value.number("value"), value.number("uncertainty", 0.0), value.text("dimension"),
+      // A law may hold at any strain: a baseline then says inf.
+      const double number = reference.origin ? value.number_or_infinity("value") : value.number("value");
+      reference.values[name] = {number, value.number("uncertainty", 0.0), value.text("dimension"),
                                 value.text("meaning")};
     }
   }
   if (top.has("data")) reference.columns = read_data(top.table("data"), path.parent_path(), reference.sha256);
   if (reference.values.empty() && reference.columns.empty()) {
-    throw InputError(top.place(), "the reference holds neither values nor data", "it can be compared with nothing",
-                     "Add [values.<name>] or [data]");
+    throw InputError(top.place(), "the reference holds neither values nor data",
+                     "it can be compared with nothing", "Add [values.<name>] or [data]");
   }
   top.finish();
   return reference;
 }
 
-Reference find_reference(const std::string& id, const fs::path& beside, const fs::path& shared, const Place& asked_at) {
+Reference find_reference(const std::string& id, const fs::path& beside, const fs::path& shared,
+                         const Place& asked_at) {
   for (const fs::path& folder : {beside, shared}) {
     const fs::path path = folder / (id + ".toml");
-    if (fs::exists(path) && !is_case(path)) return read_reference(path);
+    std::error_code impossible;  // such as a name too long for the file system
+    if (fs::exists(path, impossible) && !is_case(path)) return read_reference(path);
   }
   throw InputError(asked_at, fmt::format("reference '{}' not found", id),
                    fmt::format("looked for {}.toml in {} and {}", id, beside.string(), shared.string()),

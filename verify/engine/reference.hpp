@@ -19,12 +19,21 @@ struct ReferenceValue {
   std::string meaning;
 };
 
+/// What made a baseline.
+struct Origin {
+  std::string revision, compiler, machine, date;
+  std::string reason;  // why this result was accepted
+};
+
 struct Reference {
   std::string id;
   std::string kind;  // one of reference_kinds()
   std::string source;
   std::string obtained;
-  std::string command;  // makes it again; empty for published numbers
+  std::string command;                 // makes it again; empty for published numbers
+  std::vector<std::string> citations;  // each begins with a key of the bibliography
+  Place citations_at;
+  std::optional<Origin> origin;  // of a baseline
   std::filesystem::path path;
   std::map<std::string, ReferenceValue> values;
   std::vector<io::CsvColumn> columns;  // of its data file, if it has one
@@ -36,7 +45,11 @@ const std::vector<std::string>& reference_kinds();
 /// Reads `<id>.toml` and its data file. Throws InputError, also when the data do not match their checksum.
 Reference read_reference(const std::filesystem::path& path);
 
-/// The reference `id`: beside the case first, then in `shared`. Throws InputError at `asked_at` when in neither.
+/// The same of the document in `top`, which stands at `path`.
+Reference read_reference(const io::Section& top, const std::filesystem::path& path);
+
+/// The reference `id`: beside the case first, then in `shared`. Throws InputError at `asked_at` when in
+/// neither.
 Reference find_reference(const std::string& id, const std::filesystem::path& beside,
                          const std::filesystem::path& shared, const Place& asked_at);
 

@@ -26,7 +26,9 @@ std::string processor_name() {
 // Writes equal-length columns below `group` in the order they are given.
 class Table {
  public:
-  Table(io::Hdf5Image& file, std::string group) : file_(file), group_(std::move(group)) { file_.group(group_); }
+  Table(io::Hdf5Image& file, std::string group) : file_(file), group_(std::move(group)) {
+    file_.group(group_);
+  }
   void column(const std::string& name, const std::vector<double>& values) {
     file_.numbers(group_ + "/" + name, values);
     names_.push_back(name);
@@ -75,6 +77,13 @@ void write_head(io::Hdf5Image& file, const Result& r) {
   file.attribute("/case", "overrides", r.c.overrides);
 }
 
+void write_assumed(io::Hdf5Image& file, const Case& c) {
+  Table table(file, "/assumed");
+  table.column("path", c.assumed, [](const Assumption& a) { return a.path; });
+  table.column("value", c.assumed, [](const Assumption& a) { return a.value; });
+  table.column("why", c.assumed, [](const Assumption& a) { return a.why; });
+}
+
 void write_plan(io::Hdf5Image& file, const scene::Plan& plan) {
   {
     Table built(file, "/plan/built");
@@ -121,15 +130,13 @@ void write_checks(io::Hdf5Image& file, const Result& r) {
   table.column("verdict", r.outcomes, [](const Outcome& o) { return to_string(o.verdict); });
   // A run that ended in an error has no outcomes, and no row may be without one.
   const std::vector<Check> checks = r.outcomes.empty() ? std::vector<Check>{} : r.c.checks;
-  table.column("question", checks, [](const Check& c) {
-    return std::string(c.question == Question::claim ? "claim" : "code");
-  });
+  table.column("question", checks,
+               [](const Check& c) { return std::string(c.question == Question::claim ? "claim" : "code"); });
   table.column("statement", checks, [](const Check& c) { return c.statement; });
   table.column("tolerance_text", checks, [](const Check& c) { return c.tolerance.text; });
   table.column("reason", checks, [](const Check& c) { return c.tolerance.reason; });
-  table.column("reference", checks, [&](const Check& c) {
-    return c.reference ? r.c.references[*c.reference].id : std::string();
-  });
+  table.column("reference", checks,
+               [&](const Check& c) { return c.reference ? r.c.references[*c.reference].id : std::string(); });
   table.column("kind", checks, [](const Check& c) { return c.kind; });
   table.column("source", checks, [](const Check& c) { return c.source; });
   table.column("claim", checks, [](const Check& c) { return c.claim; });
@@ -240,6 +247,7 @@ Result unreadable(const std::filesystem::path& path, const std::string& message,
 void write_result(const Result& result, const std::filesystem::path& folder) {
   io::Hdf5Image file;
   write_head(file, result);
+  write_assumed(file, result.c);
   write_plan(file, result.c.study.plan);
   write_observations(file, result.seen);
   write_checks(file, result);

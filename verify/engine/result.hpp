@@ -30,7 +30,8 @@ struct Result {
   double worst_margin() const;  // over the checks that passed or failed
 };
 
-/// Runs the study and judges it. A NumericalFailure becomes the verdict `error`; other exceptions pass through.
+/// Runs the study and judges it. A NumericalFailure becomes the verdict `error`; other exceptions pass
+/// through.
 Result run_case(const Case& c, int threads);
 
 /// The result of a case that could not be read: verdict `error`.

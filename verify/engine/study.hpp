@@ -25,7 +25,7 @@ struct Study {
 /// A kind of study, by the name that `driver = "..."` gives in a case.
 struct Driver {
   std::string name;
-  std::string what;                          // one line for `veriflex list`
+  std::string what;                           // one line for `veriflex list`
   Study (*read)(const io::Section& section);  // reads the driver's own tables of the case
 };
 

@@ -11,7 +11,8 @@ namespace {
 
 // The largest error of a curve over the reference's points, each relative to max(|reference|, floor).
 // Every point of the reference must have been measured at exactly its x.
-double largest_curve_error(const Check& check, const Reference& reference, const observe::Observations& seen) {
+double largest_curve_error(const Check& check, const Reference& reference,
+                           const observe::Observations& seen) {
   const auto column = [&](const std::string& name) -> const std::vector<double>& {
     return std::find_if(reference.columns.begin(), reference.columns.end(),
                         [&](const io::CsvColumn& c) { return c.name == name; })
@@ -29,8 +30,9 @@ double largest_curve_error(const Check& check, const Reference& reference, const
   for (std::size_t i = 0; i < x_wanted.size(); ++i) {
     const auto at = std::find(x->values.begin(), x->values.end(), x_wanted[i]);
     if (at == x->values.end()) {
-      throw NumericalFailure(fmt::format("the run did not measure {} at {} = {}, where reference '{}' has a point",
-                                         check.measure, check.curve->x, x_wanted[i], reference.id));
+      throw NumericalFailure(
+          fmt::format("the run did not measure {} at {} = {}, where reference '{}' has a point",
+                      check.measure, check.curve->x, x_wanted[i], reference.id));
     }
     const double measured = y->values[static_cast<std::size_t>(at - x->values.begin())];
     const double scale = std::max(std::abs(y_wanted[i]), check.tolerance.floor);
@@ -44,7 +46,8 @@ double largest_curve_error(const Check& check, const Reference& reference, const
 double measure(const Check& check, const Case& c, const observe::Observations& seen) {
   if (check.curve) return largest_curve_error(check, c.references[*check.reference], seen);
   const observe::Metric* metric = seen.metric(check.measure);
-  if (metric == nullptr) throw NumericalFailure(fmt::format("the run yields no '{}' for this scene", check.measure));
+  if (metric == nullptr)
+    throw NumericalFailure(fmt::format("the run yields no '{}' for this scene", check.measure));
   return metric->value;
 }
 
@@ -52,10 +55,14 @@ double measure(const Check& check, const Case& c, const observe::Observations& s
 
 std::string to_string(Verdict verdict) {
   switch (verdict) {
-    case Verdict::pass: return "pass";
-    case Verdict::fail: return "fail";
-    case Verdict::finding: return "finding";
-    case Verdict::error: break;
+    case Verdict::pass:
+      return "pass";
+    case Verdict::fail:
+      return "fail";
+    case Verdict::finding:
+      return "finding";
+    case Verdict::error:
+      break;
   }
   return "error";
 }
@@ -86,8 +93,8 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
 }
 
 Verdict overall(const std::vector<Outcome>& outcomes) {
-  const bool failed =
-      std::any_of(outcomes.begin(), outcomes.end(), [](const Outcome& o) { return o.verdict == Verdict::fail; });
+  const bool failed = std::any_of(outcomes.begin(), outcomes.end(),
+                                  [](const Outcome& o) { return o.verdict == Verdict::fail; });
   return failed ? Verdict::fail : Verdict::pass;
 }
 

@@ -22,11 +22,13 @@ struct Outcome {
   double target;
   double tolerance;  // absolute
   double error;      // |measured - target|
-  double margin;     // error / tolerance, or its inverse for holds = "outside": at most 1 where the statement holds
+  double
+      margin;  // error / tolerance, or its inverse for holds = "outside": at most 1 where the statement holds
   Verdict verdict;
 };
 
-/// Judges one check of the case. Throws NumericalFailure when the observations lack what it asks for or hold a NaN there.
+/// Judges one check of the case. Throws NumericalFailure when the observations lack what it asks for or hold
+/// a NaN there.
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen);
 
 /// `fail` if any check failed, else `pass`.

@@ -1,0 +1,288 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <exception>
+#include <random>
+
+#include "bond/derive.hpp"
+#include "drivers/drivers.hpp"
+#include "engine/read_scene.hpp"
+#include "solid/leapfrog.hpp"
+#include "solid/modes.hpp"
+
+namespace veriflex::drivers {
+
+namespace {
+
+using observe::Observations;
+using observe::Record;
+
+struct StabilityStudy {
+  solid::Material material;
+  scene::SolidSpec solid;
+  std::vector<double> amplitudes;  // of the noise, each coordinate uniform in +-amplitude  [L]
+  std::vector<double> prestrains;  // along z, end sections held there; 0 leaves the body free  [1]
+  std::int64_t seeds;
+  std::int64_t steps;
+  double growth;      // failed when the energy departs by more than this times what the noise put in
+  double resolution;  // of the boundary, relative
+};
+
+// One noisy body at one pre-strain.
+struct Trial {
+  double amplitude, prestrain;
+  std::uint64_t seed;
+};
+
+struct Boundary {
+  double dt;       // middle between the largest step that held and the smallest that failed  [T]
+  double limit;    // 2/omega_max of the pre-strained body  [T]
+  double longest;  // r/r0 in the last run that held
+  double shortest;
+  bool broke;  // the failing run broke (a bond at its limit, a degenerate angle, NaN) before its energy grew
+};
+
+enum class End { held, grew, broke };
+
+struct Run {
+  End end;
+  double longest, shortest;  // r/r0
+};
+
+class Body {
+ public:
+  Body(const StabilityStudy& study, const Trial& trial) : study_(study), network_(scene::build(study.solid)) {
+    const auto nodes = network_.node_count();
+    stretched_ = Positions::Zero(nodes, 3);
+    stretched_.col(2) = trial.prestrain * network_.rest.col(2);
+    held_ = solid::Held::Constant(nodes, 3, false);
+    if (trial.prestrain != 0.0) hold_ends();
+    std::mt19937_64 random(trial.seed);
+    noisy_ = stretched_;
+    for (Eigen::Index i = 0; i < noisy_.size(); ++i) {
+      const double uniform =
+          static_cast<double>(random() >> 11) * 0x1p-53;  // in [0, 1), the same with any library
+      if (!held_.data()[i]) noisy_.data()[i] += trial.amplitude * (2.0 * uniform - 1.0);
+    }
+  }
+
+  double linear_limit() const {
+    return 2.0 / solid::largest_frequency(study_.material, network_, stretched_, held_, 1.0);
+  }
+
+  Run run(double dt) const {
+    Run run{End::held, 1.0, 1.0};
+    try {
+      solid::Leapfrog motion(study_.material, network_, {.held = held_, .load = {}, .drive = {}}, dt, {},
+                             noisy_, Positions::Zero(noisy_.rows(), 3));
+      const double start = motion.potential_energy();
+      const double put_in = start - resting_energy();
+      for (std::int64_t step = 1; step <= study_.steps; ++step) {
+        motion.step();
+        if (step % 10 != 0) continue;
+        watch(motion.displacement(), run);
+        const double change = std::abs(motion.potential_energy() + motion.kinetic_energy() - start);
+        if (!(change <= study_.growth * put_in)) {
+          run.end = End::grew;
+          return run;
+        }
+      }
+    } catch (const NumericalFailure&) {
+      run.end = End::broke;
+    }
+    return run;
+  }
+
+ private:
+  void hold_ends() {
+    const double last = network_.rest.col(2).maxCoeff();
+    for (Eigen::Index i = 0; i < network_.node_count(); ++i) {
+      const double z = network_.rest(i, 2);
+      if (z == 0.0 || z == last) held_.row(i).setConstant(true);
+    }
+  }
+
+  double resting_energy() const {
+    return solid::Leapfrog(study_.material, network_, {}, 1.0, {}, stretched_,
+                           Positions::Zero(noisy_.rows(), 3))
+        .potential_energy();
+  }
+
+  void watch(const Positions& u, Run& run) const {
+    for (std::size_t b = 0; b < network_.bonds.size(); ++b) {
+      const solid::Bond& bond = network_.bonds[b];
+      const double r =
+          (network_.vectors.row(static_cast<Eigen::Index>(b)) + (u.row(bond.second) - u.row(bond.first)))
+              .norm() /
+          network_.spacing;
+      run.longest = std::max(run.longest, r);
+      run.shortest = std::min(run.shortest, r);
+    }
+  }
+
+  const StabilityStudy& study_;
+  solid::Network network_;
+  Positions stretched_, noisy_;
+  solid::Held held_;
+};
+
+// The first step size that fails, looking upwards from a third of the linear limit, then refined by halving.
+// (Survival is not monotonic: a step beyond a resonance may hold again. What a user needs is the first
+// failure.)
+Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
+  const Body body(study, trial);
+  const double limit = body.linear_limit();
+  constexpr double scan = 1.08;
+  double good = 0.3 * limit;
+  Run held = body.run(good);
+  if (held.end != End::held) {
+    throw NumericalFailure(
+        fmt::format("noise of {} fails already at 0.3 of the linear limit", trial.amplitude));
+  }
+  double bad = good;
+  Run failed = held;
+  while (failed.end == End::held) {
+    held = failed;
+    good = bad;
+    bad *= scan;
+    if (bad > 3.0 * limit) throw NumericalFailure("no failure up to three times the linear limit");
+    failed = body.run(bad);
+  }
+  while (bad - good > study.resolution * good) {
+    const double middle = 0.5 * (good + bad);
+    const Run run = body.run(middle);
+    if (run.end == End::held) {
+      good = middle;
+      held = run;
+    } else {
+      bad = middle;
+      failed = run;
+    }
+  }
+  return {0.5 * (good + bad), limit, held.longest, held.shortest, failed.end == End::broke};
+}
+
+std::vector<Boundary> all_boundaries(const StabilityStudy& study, const std::vector<Trial>& trials,
+                                     Progress& progress) {
+  std::vector<Boundary> boundaries(trials.size());
+  std::vector<std::exception_ptr> errors(trials.size());
+  std::size_t done = 0;
+#pragma omp parallel for schedule(dynamic)
+  for (std::size_t i = 0; i < trials.size(); ++i) {
+    try {
+      boundaries[i] = first_failure(study, trials[i]);
+    } catch (...) {
+      errors[i] = std::current_exception();
+    }
+#pragma omp critical
+    progress.show("runs", ++done, trials.size());
+  }
+  for (const std::exception_ptr& error : errors) {
+    if (error) std::rethrow_exception(error);
+  }
+  return boundaries;
+}
+
+Observations run(const StabilityStudy& study, Progress& progress, engine::Cost& cost) {
+  std::vector<Trial> trials;
+  for (const double amplitude : study.amplitudes) {
+    for (const double prestrain : study.prestrains) {
+      for (std::int64_t seed = 1; seed <= study.seeds; ++seed) {
+        trials.push_back({amplitude, prestrain, static_cast<std::uint64_t>(seed)});
+      }
+    }
+  }
+  const std::vector<Boundary> found = all_boundaries(study, trials, progress);
+  Record record{
+      "boundary",
+      "First time step that fails",
+      {{"amplitude", "", "L", "noise on each coordinate, uniform in +- amplitude", {}},
+       {"prestrain", "", "1", "strain along z at which the ends are held; 0: free", {}},
+       {"dt",
+        "",
+        "T",
+        "middle of the last step that held and the first that failed, median of the seeds",
+        {}},
+       {"dt_least", "", "T", "least of the seeds", {}},
+       {"dt_largest", "", "T", "largest of the seeds", {}},
+       {"linear_limit", "2/omega_max", "T", "of the pre-strained body", {}},
+       {"ratio", "", "1", "dt over the linear limit", {}},
+       {"longest", "", "1", "r/r0 just below the boundary, worst of the seeds", {}},
+       {"shortest", "", "1", "r/r0 just below the boundary, worst of the seeds", {}},
+       {"broke", "", "1", "part of the seeds whose failing run broke instead of gaining energy", {}}}};
+  const auto seeds = static_cast<std::size_t>(study.seeds);
+  for (std::size_t first = 0; first < trials.size(); first += seeds) {
+    std::vector<double> dt;
+    double longest = 0.0;
+    double shortest = bond::infinity;
+    double broke = 0.0;
+    for (std::size_t i = first; i < first + seeds; ++i) {
+      dt.push_back(found[i].dt);
+      longest = std::max(longest, found[i].longest);
+      shortest = std::min(shortest, found[i].shortest);
+      broke += found[i].broke ? 1.0 / static_cast<double>(seeds) : 0.0;
+    }
+    std::sort(dt.begin(), dt.end());
+    const double median = 0.5 * (dt[(seeds - 1) / 2] + dt[seeds / 2]);
+    record.append({trials[first].amplitude, trials[first].prestrain, median, dt.front(), dt.back(),
+                   found[first].limit, median / found[first].limit, longest, shortest, broke});
+  }
+  cost.finish("runs");
+  const std::vector<double>& ratio = record.find("ratio")->values;
+  const std::vector<double>& longest = record.find("longest")->values;
+  const std::vector<double>& shortest = record.find("shortest")->values;
+  Observations seen;
+  seen.metrics = {
+      {"least_ratio", *std::min_element(ratio.begin(), ratio.end()), "1",
+       "least boundary over its linear limit"},
+      {"largest_ratio", *std::max_element(ratio.begin(), ratio.end()), "1",
+       "largest boundary over its linear limit"},
+      {"linear_limit", record.find("linear_limit")->values.front(), "T", "2/omega_max of the first row"},
+      {"longest", *std::max_element(longest.begin(), longest.end()), "1",
+       "largest r/r0 in runs that counted as stable"},
+      {"shortest", *std::min_element(shortest.begin(), shortest.end()), "1",
+       "least r/r0 in runs that counted as stable"}};
+  seen.records = {record};
+  return seen;
+}
+
+}  // namespace
+
+engine::Study read_stability(const io::Section& top) {
+  const bond::AnyLaw law = engine::read_law(top);
+  const bond::Derivation derivation = engine::read_derivation(top, law);
+  const scene::SolidSpec solid = engine::read_solid(top, derivation.rest_length);
+  const io::Section t = top.table("stability");
+  StabilityStudy study{.material = {law, solid.angle_stiffness},
+                       .solid = solid,
+                       .amplitudes = t.numbers("amplitudes"),
+                       .prestrains = t.has("prestrains") ? t.numbers("prestrains") : std::vector<double>{0.0},
+                       .seeds = t.integer("seeds", 1, 1000),
+                       .steps = t.integer("steps", 10, 10'000'000),
+                       .growth = t.number("growth"),
+                       .resolution = t.number("resolution")};
+  for (const double amplitude : study.amplitudes) {
+    if (!(amplitude > 0.0))
+      t.fail("amplitudes", fmt::format("amplitude {}", amplitude), "noise must put energy in",
+             "Give positive lengths");
+  }
+  if (study.amplitudes.empty() || study.prestrains.empty()) {
+    t.fail("amplitudes", "no amplitude or no prestrain", "each pair is one row", "Give at least one of each");
+  }
+  if (!(study.growth > 0.0))
+    t.fail("growth", "'growth' is not positive", "it bounds the energy error", "Use 5");
+  if (!(study.resolution > 1e-6))
+    t.fail("resolution", "'resolution' is too fine", "each halving is a run", "Use 0.005");
+  return {.plan = engine::read_plan(
+              top,
+              {.law = law,
+               .solid = solid,
+               .method = "leap-frog without sub-steps, free or held at both ends; no drag, no drive, no load",
+               .moves = true}),
+          .measures = {"least_ratio", "largest_ratio", "linear_limit", "longest", "shortest", "boundary.dt",
+                       "boundary.ratio", "boundary.linear_limit"},
+          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+}
+
+}  // namespace veriflex::drivers

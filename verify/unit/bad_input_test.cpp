@@ -1,0 +1,426 @@
+// What a user can get wrong, each through the real command: one clear message, the right exit code, nothing
+// half-written.
+#include <algorithm>
+#include <regex>
+
+#include "catch.hpp"
+#include "io/file.hpp"
+#include "unit/command.hpp"
+
+using namespace veriflex;
+using unit::Folder;
+using unit::good_case;
+using unit::Ran;
+using unit::replaced;
+
+namespace {
+
+constexpr int input = 2;
+constexpr int output = 4;
+
+// Standard error says `veriflex: place: problem (why). Suggestion`.
+void check_refusal(const Ran& ran, int code, const std::string& message) {
+  INFO(ran.err);
+  CHECK(ran.code == code);
+  CHECK_THAT(ran.err, ContainsSubstring(message));
+  std::string line = ran.err;  // a setting that it repeats may hold a line's end
+  std::replace(line.begin(), line.end(), '\n', ' ');
+  CHECK(std::regex_search(line, std::regex("^veriflex: .+: .+\\. [A-Z'].+")));
+  CHECK(ran.err.find("terminate") == std::string::npos);
+  CHECK(ran.err.find("Sanitizer") == std::string::npos);
+}
+
+struct Spoilt {
+  std::string name;
+  std::string text;     // of bad.toml
+  std::string message;  // that must appear, with the place where it is known
+};
+
+std::string with(const std::string& from, const std::string& to) { return replaced(good_case, from, to); }
+std::string and_then(const std::string& text) { return good_case + "\n" + text; }
+
+const std::string tolerance = R"(tolerance = { relative = 1e-9, reason = "differences of forces" })";
+const std::string target = R"(target = 1021.186296534041763399964
+kind = "high-precision"
+source = "40-digit arithmetic")";
+
+std::vector<Spoilt> spoilt_cases() {
+  const std::string claim = R"(question = "claim"
+claim = "young-modulus")";
+  std::vector<Spoilt> all{
+      {"misspelt key at the top", with("title", "titel"), "bad.toml:3:9: the file lacks 'title'"},
+      {"misspelt key in a table", with("depth", "detph"), "bad.toml:13:9: [bond] lacks 'depth'"},
+      {"unknown key beside all known", with("lateral", "latteral = 1\nlateral"),
+       "bad.toml:19:12: unknown key 'latteral'"},
+      {"unknown table", and_then("[fluid]\ntau = 1"), "unknown key 'fluid' at the top level"},
+      {"text for a number", with("depth = 1.0", "depth = \"1\""), "bad.toml:13:9: 'depth' is text"},
+      {"number for a text", with("title = \"Bar of harmonic bonds\"", "title = 3"), "'title' is an integer"},
+      {"table for a text", with("law = \"fene-lj\"", "law = {}"), "'law' is a table"},
+      {"text for an array", with("[2, 2, 4]", "\"2 2 4\""), "bad.toml:18:9: 'nodes' is text"},
+      {"text in an array of numbers", with("[-0.01, 0.01]", "[-0.01, \"a\"]"), "'strains' is text"},
+      {"number for a table",
+       with("tolerance = { relative = 1e-9, reason = \"differences of forces\" }", "tolerance = 1e-9"),
+       "'tolerance' is a number"},
+      {"negative eta", with("depth = 1.0", "depth = -1.0"), "bad.toml:13:9: 'depth' is -1"},
+      {"zero sigma", with("diameter = 1.0", "diameter = 0.0"), "bad.toml:14:12: 'diameter' is 0"},
+      {"infinite eta", with("depth = 1.0", "depth = inf"), "'depth' is inf"},
+      {"NaN", with("depth = 1.0", "depth = nan"), "bad.toml:13:9: 'depth' is nan"},
+      {"number beyond double precision", with("depth = 1.0", "depth = 1e999"), "bad.toml:13:"},
+      {"integer beyond 64 bits", with("[2, 2, 4]", "[2, 2, 99999999999999999999]"), "bad.toml:18:"},
+      {"numbers whose law leaves double precision", with("depth = 1.0", "depth = 1e308"),
+       "bad.toml:11:1: 'attraction' is inf"},
+      {"Rc below the rest length", with("diameter = 1.0", "diameter = 1.0\ncutoff = 0.5"), "bad.toml:15:10:"},
+      {"zero Rc", with("diameter = 1.0", "diameter = 1.0\ncutoff = 0.0"),
+       "bad.toml:15:10: cutoff is not positive"},
+      {"negative R0", with("diameter = 1.0", "diameter = 1.0\nreach = -1.5"),
+       "bad.toml:15:9: 'reach' is -1.5"},
+      {"parameter of another law", with("diameter = 1.0", "diameter = 1.0\nbond_stiffness = 1"),
+       "unknown key 'bond_stiffness' at [bond]"},
+      {"unknown law", with("fene-lj", "fene-jl"),
+       "bad.toml:12:7: unknown bond law 'fene-jl' (known: harmonic, fene-lj, shifted-fene). Did you mean "
+       "'fene-lj'?"},
+      {"unknown driver", with("driver = \"tensile\"", "driver = \"tensil\""),
+       "bad.toml:9:10: unknown driver 'tensil' (known: "},
+      {"unknown shape", with("\"bar\"", "\"bra\""), "unknown shape 'bra'"},
+      {"unknown tier", with("\"quick\"", "\"quik\""), "bad.toml:7:8: unknown tier 'quik'"},
+      {"unknown kind", with("high-precision", "high-precison"), "unknown kind 'high-precison'"},
+      {"unknown question", with("\"code\"", "\"cod\""), "unknown question 'cod'"},
+      {"two numbers for three nodes", with("[2, 2, 4]", "[2, 4]"), "'nodes' has 2 numbers"},
+      {"no nodes along x", with("[2, 2, 4]", "[0, 2, 4]"), "'nodes' holds 0"},
+      {"10^12 nodes", with("[2, 2, 4]", "[10000, 10000, 10000]"),
+       "bad.toml:18:9: 10000 x 10000 x 10000 nodes are too many"},
+      {"10^36 nodes", with("[2, 2, 4]", "[1000000000000, 1000000000000, 1000000000000]"),
+       "nodes are too many"},
+      {"strain beyond the law's domain", with("[-0.01, 0.01]", "[0.6]"),
+       "strain 0.6 is outside the domain of fene-lj"},
+      {"strain of -100 %", with("[-0.01, 0.01]", "[-1.0]"), "strain -1 is outside the domain"},
+      {"tolerance without reason", with(", reason = \"differences of forces\"", ""), "lacks 'reason'"},
+      {"empty reason", with("differences of forces", ""), "'reason' is empty"},
+      {"zero tolerance", with("relative = 1e-9", "relative = 0.0"), "tolerance is 0"},
+      {"negative tolerance", with("relative = 1e-9", "relative = -1e-9"), "tolerance is -1e-09"},
+      {"infinite tolerance", with("relative = 1e-9", "relative = inf"), "'relative' is inf"},
+      {"two tolerances", with("relative = 1e-9", "relative = 1e-9, absolute = 1.0"), "tolerance has 2 of"},
+      {"relative tolerance of zero", with("target = 1021.186296534041763399964", "target = 0.0"),
+       "a relative tolerance of a target of zero"},
+      {"NaN target", with("target = 1021.186296534041763399964", "target = nan"), "'target' is nan"},
+      {"neither target nor reference", with(target, ""), "neither target nor reference"},
+      {"both target and reference", with("target = ", "reference = \"x\"\ntarget = "),
+       "both target and reference"},
+      {"missing reference", with(target, "reference = \"fene-lj-rest-stat\""),
+       "reference 'fene-lj-rest-stat' not found"},
+      {"reference by a path that is too long", with(target, "reference = \"" + std::string(5000, 'r') + "\""),
+       "not found"},
+      {"reference without that value",
+       with(target, "reference = \"fene-lj-rest-state\"\nquantity = \"young\""), "has no value 'young'"},
+      {"tolerance tighter than the reference", with(target, "reference = \"wu-qi-2014-numbers\""),
+       "is tighter than the reference's uncertainty"},
+      {"unknown metric", with("\"young_modulus\"", "\"young_modulu\""), "does not measure 'young_modulu'"},
+      {"neither metric nor curve", with("metric = \"young_modulus\"", ""), "neither metric nor curve"},
+      {"curve whose reference lacks the column",
+       replaced(replaced(with("metric = \"young_modulus\"",
+                              "curve = { record = \"stress_strain\", x = \"strain\", y = \"stress\" }"),
+                         target, "reference = \"fene-lj-rest-state\""),
+                "relative = 1e-9", "relative = 1e-9, floor = 1.0"),
+       "has no column 'strain'"},
+      {"curve without column",
+       with("metric = \"young_modulus\"", "curve = { record = \"stress_strain\", x = \"strain\" }"),
+       "lacks 'y'"},
+      {"curve against a single target",
+       replaced(with("metric = \"young_modulus\"",
+                     "curve = { record = \"stress_strain\", x = \"strain\", y = \"stress\" }"),
+                "relative = 1e-9", "relative = 1e-9, floor = 1.0"),
+       "a curve needs a reference"},
+      {"no check", good_case.substr(0, good_case.find("[[check]]")), "the case checks nothing"},
+      {"the same check twice", and_then(good_case.substr(good_case.find("[[check]]"))), "stands here twice"},
+      {"claim without id", with("\"code\"", "\"claim\""), "lacks 'claim'"},
+      {"claim that the ledger lacks",
+       replaced(with("question = \"code\"", claim), "young-modulus", "young-modulos"),
+       "the ledger has no claim 'young-modulos' (claims of wu-qi-2014 stand in reference/claims). Did you "
+       "mean 'young-modulus'?"},
+      {"refuted without record",
+       replaced(with("question = \"code\"", claim), "kind =", "expected_to_hold = false\nkind ="),
+       "lacks 'recorded'"},
+      {"record of a claim that is not refuted",
+       replaced(with("question = \"code\"", claim),
+                "kind =", "recorded = { value = 1, relative = 1e-9 }\nkind ="),
+       "unknown key 'recorded'"},
+      {"refutation of code", with("kind =", "expected_to_hold = false\nkind ="),
+       "unknown key 'expected_to_hold'"},
+      {"refutation that may depart by nothing",
+       replaced(with("question = \"code\"", claim),
+                "kind =", "expected_to_hold = false\nrecorded = { value = 1, relative = 0 }\nkind ="),
+       "'relative' is 0"},
+      {"assumption about nothing", and_then("[assumed]\n\"bond.cutof\" = \"not given\""),
+       "the case has no value 'bond.cutof'"},
+      {"assumption without a reason", and_then("[assumed]\n\"bond.depth\" = \"\""), "'bond.depth' is empty"},
+      {"duplicate key", with("depth = 1.0", "depth = 1.0\ndepth = 2.0"), "bad.toml:14:"},
+      {"duplicate table", and_then("[bond]\nlaw = \"harmonic\""), "not valid TOML"},
+      {"id that is not the file's name", with("id = \"bad\"", "id = \"good\""),
+       "bad.toml:2:6: id 'good' differs from the file's name"},
+      {"another schema", with("schema = 1", "schema = 2"), "bad.toml:1:10: 'schema' is 2"},
+      {"empty file", "", "bad.toml"},
+      {"only a comment", "# nothing\n", "lacks 'schema'"},
+      {"broken TOML", with("[solid]", "[solid"), "bad.toml:16:"},
+      {"binary file",
+       std::string("\x7f"
+                   "ELF\0\1\2\xff\xfe",
+                   9),
+       "bad.toml:1:7: not valid TOML"},
+      {"invalid UTF-8", with("Bar of", "Bar \xff\xfe of"), "bad.toml:3:"},
+      {"zero byte in a text", with("Bar of", "Bar\\u0000of"), "holds a zero byte"},
+      {"arrays nested beyond measure", and_then("x = " + std::string(100000, '[')), "not valid TOML"},
+      {"inline tables nested beyond measure",
+       [] {
+         std::string deep;
+         for (int i = 0; i < 100000; ++i) deep += "{a=";
+         return and_then("x = " + deep);
+       }(),
+       "not valid TOML"},
+      {"dotted key beyond measure",
+       [] {
+         std::string deep = "a";
+         for (int i = 0; i < 300000; ++i) deep += ".a";
+         return and_then(deep + " = 1");
+       }(),
+       "a key of more than 16 parts"},
+      {"table name beyond measure",
+       [] {
+         std::string deep = "a";
+         for (int i = 0; i < 300000; ++i) deep += ".'b,='";
+         return and_then("[" + deep + "]");
+       }(),
+       "a key of more than 16 parts"},
+  };
+  return all;
+}
+
+struct Data {
+  std::string name;
+  std::string reference;  // text of table.toml; @SHA@ is the checksum of the data
+  std::string csv;        // of table.csv; none when it starts with '!'
+  std::string message;
+};
+
+const std::string table_reference = R"(schema = 1
+id = "table"
+kind = "analytic"
+source = "U'(r)/r^2"
+obtained = "by hand"
+
+[data]
+file = "table.csv"
+sha256 = "@SHA@"
+)";
+
+const std::vector<Data> spoilt_references{
+    {"wrong checksum", replaced(table_reference, "@SHA@", std::string(64, '0')), "strain,stress\n0.01,1\n",
+     "does not match its checksum"},
+    {"missing data file", table_reference, "!", "table.csv' does not exist"},
+    {"text in the table", table_reference, "strain,stress\n0.01,abc\n",
+     "table.csv:2:6: 'abc' is not a finite number"},
+    {"NaN in the table", table_reference, "strain,stress\n0.01,nan\n",
+     "table.csv:2:6: 'nan' is not a finite number"},
+    {"huge number in the table", table_reference, "strain,stress\n0.01,1e999\n",
+     "table.csv:2:6: '1e999' is not a finite number"},
+    {"missing number", table_reference, "strain,stress\n0.01,\n", "table.csv:2:6: '' is not a finite number"},
+    {"ragged rows", table_reference, "strain,stress\n0.01,1\n0.02\n",
+     "table.csv:3:1: 1 fields (the table has 2 columns)"},
+    {"column without name", table_reference, "strain,\n0.01,1\n", "table.csv:1:8: a column has no name"},
+    {"column twice", table_reference, "strain,strain\n0.01,1\n", "column 'strain' twice"},
+    {"no rows", table_reference, "strain,stress\n", "holds no table"},
+    {"empty table", table_reference, "", "holds no table"},
+    {"no data and no values", table_reference.substr(0, table_reference.find("[data]")), "!",
+     "the reference holds neither values nor data"},
+    {"unknown key in a reference", replaced(table_reference, "obtained", "uncertainty = 1\nobtained"),
+     "strain,stress\n0.01,1\n", "unknown key 'uncertainty'"},
+    {"unknown kind of reference", replaced(table_reference, "analytic", "analytical"),
+     "strain,stress\n0.01,1\n", "table.toml:3:8: unknown kind 'analytical'"},
+    {"published without citation", replaced(table_reference, "analytic", "published-curve"),
+     "strain,stress\n0.01,1\n", "lacks 'citations'"},
+    {"baseline without provenance", replaced(table_reference, "analytic", "baseline"),
+     "strain,stress\n0.01,1\n", "lacks 'provenance'"},
+    {"reference that is another", replaced(table_reference, "\"table\"", "\"other\""),
+     "strain,stress\n0.01,1\n", "table.toml:2:6: id 'other' differs"},
+    {"reference that is its own data", replaced(table_reference, "table.csv", "table.toml"), "!",
+     "does not match its checksum"},
+    {"data file that is a folder", replaced(table_reference, "table.csv", "."), "!", "does not exist"},
+};
+
+struct Line {
+  std::string name;
+  std::vector<std::string> arguments;
+  int code;
+  std::string message;
+};
+
+const std::vector<Line> lines{
+    {"no command", {}, input, "command line: A subcommand is required"},
+    {"unknown command", {"rum", "bad.toml"}, input, "Did you mean 'run'?"},
+    {"unknown option", {"run", "bad.toml", "--treads", "2"}, input, "Did you mean '--threads'?"},
+    {"option without value", {"run", "bad.toml", "--out"}, input, "command line: "},
+    {"no case", {"run"}, input, "command line: case is required"},
+    {"text for a number of threads", {"run", "bad.toml", "--threads", "two"}, input, "command line: "},
+    {"no threads", {"run", "bad.toml", "--threads", "0"}, input, "command line: "},
+    {"unknown tier", {"verify", "--tier", "quik"}, input, "command line: --tier"},
+    {"missing case", {"run", "nowhere.toml"}, input, "command line: no case 'nowhere.toml'"},
+    {"misspelt id", {"run", "derive-fene-jl"}, input, "Did you mean 'derive-fene-lj'?"},
+    {"case name too long for a file", {"run", std::string(400, 'a')}, input, "command line: no case"},
+    {"folder for a case", {"run", "."}, input, "is a folder"},
+    {"device for a case", {"run", "/dev/zero"}, input, "is a device or pipe"},
+    {"folder of no cases", {"list", "--cases", "nowhere"}, input, "no such folder of cases"},
+    {"--set on an unknown key",
+     {"run", "bad.toml", "--set", "bond.depht=1"},
+     input,
+     "--set bond.depht=1: unknown key 'depht' at [bond] (nothing reads it). Did you mean 'depth'?"},
+    {"--set on an unknown table", {"run", "bad.toml", "--set", "bnod.depth=1"}, input, "has no 'bnod'"},
+    {"--set without value", {"run", "bad.toml", "--set", "bond.depth"}, input, "not of the form key=value"},
+    {"--set without key", {"run", "bad.toml", "--set", "=1"}, input, "not of the form key=value"},
+    {"--set of another type",
+     {"run", "bad.toml", "--set", "bond.depth=deep"},
+     input,
+     "--set bond.depth=deep: 'depth' is text"},
+    {"--set to a bad value",
+     {"run", "bad.toml", "--set", "bond.depth=-1"},
+     input,
+     "--set bond.depth=-1: 'depth' is -1"},
+    {"--set of more than one value",
+     {"run", "bad.toml", "--set", "bond.depth=1\nx=2"},
+     input,
+     "more than one TOML value"},
+    {"--set beyond the checks", {"run", "bad.toml", "--set", "check.7.target=1"}, input, "has no '7'"},
+    {"output below a file",
+     {"run", "bad.toml", "--out", "bad.toml/results"},
+     output,
+     "cannot be written (Not a directory). Choose another place with --out"},
+    {"output below a device", {"run", "bad.toml", "--out", "/dev/null/results"}, output, "cannot be written"},
+    {"output where nothing can be made",
+     {"run", "bad.toml", "--out", "/proc/results"},
+     output,
+     "cannot be written"},
+    {"output onto a folder",
+     {"run", "bad.toml", "--out", "occupied"},
+     output,
+     "cannot be written (Is a directory)"},
+    {"report on a folder without results", {"report", "empty"}, input, "no results"},
+    {"report on no folder", {"report", "nowhere"}, input, "no results folder"},
+    {"claims of a truncated result",
+     {"claims", "--results", "truncated"},
+     input,
+     "bad.h5: no readable HDF5 structure in it"},
+    {"claims of another HDF5 file", {"claims", "--results", "not-hdf5"}, input, "bad.h5: no readable"},
+    {"info on a missing case", {"info", "nowhere"}, input, "no case 'nowhere'"},
+    {"validate of a missing case", {"validate", "nowhere"}, input, "no case 'nowhere'"},
+    {"accept without reason", {"accept", "bad.toml"}, input, "--reason is required"},
+    {"accept with an empty reason", {"accept", "bad.toml", "--reason", " "}, input, "command line: --reason"},
+    {"accept over a reference",
+     {"accept", "bad.toml", "--reason", "x"},
+     input,
+     "bad-baseline.toml: is no baseline"},
+    {"derive of an unknown law", {"derive", "--law", "fene-jl"}, input, "--law: unknown bond law 'fene-jl'"},
+    {"derive of a negative depth",
+     {"derive", "--depth", "-1", "--diameter", "1"},
+     input,
+     "--depth: 'depth' is -1"},
+    {"derive of text", {"derive", "--depth", "deep", "--diameter", "1"}, input, "command line: "},
+    {"calibrate to a negative modulus",
+     {"calibrate", "--young", "-1", "--spacing", "1", "--poisson", "0.3"},
+     input,
+     "--young"},
+    {"calibrate to NaN",
+     {"calibrate", "--young", "nan", "--spacing", "1", "--poisson", "0.3"},
+     input,
+     "--young"},
+};
+
+}  // namespace
+
+TEST_CASE("A spoilt case is refused with its place, and an earlier result stays") {
+  const Folder folder;
+  folder.write("out/bad.h5", "an earlier result");
+  for (const Spoilt& spoilt : spoilt_cases()) {
+    INFO(spoilt.name);
+    folder.write("bad.toml", spoilt.text);
+    check_refusal(folder.run({"run", "bad.toml", "--out", "out"}), input, spoilt.message);
+    CHECK(unit::contents(folder.path() / "out/bad.h5") == "an earlier result");
+    const Ran validated = folder.run({"validate", "bad.toml"});
+    CHECK(validated.code == input);
+    CHECK_THAT(validated.err, ContainsSubstring(spoilt.message));
+  }
+  CHECK(folder.left_aside().empty());
+}
+
+TEST_CASE("A spoilt reference is refused with its place") {
+  const Folder folder;
+  folder.write("bad.toml", replaced(with(target, "reference = \"table\""), "young_modulus", "young_modulus"));
+  for (const Data& spoilt : spoilt_references) {
+    INFO(spoilt.name);
+    std::filesystem::remove(folder.path() / "table.csv");
+    std::string text = spoilt.reference;
+    if (spoilt.csv != "!") folder.write("table.csv", spoilt.csv);
+    if (text.find("@SHA@") != std::string::npos) text = replaced(text, "@SHA@", io::sha256(spoilt.csv));
+    folder.write("table.toml", text);
+    check_refusal(folder.run({"run", "bad.toml", "--out", "out"}), input, spoilt.message);
+  }
+  CHECK(folder.left_aside().empty());
+}
+
+TEST_CASE("A command line that makes no sense is refused") {
+  const Folder folder;
+  folder.write("bad.toml", good_case);
+  folder.write("bad-baseline.toml", replaced(replaced(table_reference, "\"table\"", "\"bad-baseline\""),
+                                             "@SHA@", io::sha256("x\n1\n")));
+  folder.write("table.csv", "x\n1\n");
+  folder.write("occupied/bad.h5/file", "");
+  folder.write("empty/readme", "");
+  REQUIRE(folder.run({"run", "bad.toml", "--out", "good"}).code == 0);
+  const std::string whole = unit::contents(folder.path() / "good/bad.h5");
+  folder.write("truncated/bad.h5", whole.substr(0, whole.size() / 2));
+  folder.write("not-hdf5/bad.h5", "text");
+  for (const Line& line : lines) {
+    INFO(line.name);
+    const Ran ran = folder.run(line.arguments);
+    if (line.arguments.empty() || line.arguments.front() != "report") {
+      // What `report` says comes from its script, which has tests of its own.
+      check_refusal(ran, line.code, line.message);
+    } else {
+      CHECK(ran.code == line.code);
+      CHECK_THAT(ran.err, ContainsSubstring(line.message));
+    }
+  }
+  CHECK(folder.left_aside().empty());
+  CHECK(unit::contents(folder.path() / "good/bad.h5") == whole);
+}
+
+TEST_CASE("Byte order mark and CRLF are no errors") {
+  const Folder folder;
+  std::string text = "\xef\xbb\xbf";
+  for (const char c : good_case) text += c == '\n' ? std::string("\r\n") : std::string(1, c);
+  folder.write("bad.toml", text);
+  CHECK(folder.run({"run", "bad.toml", "--out", "out"}).code == 0);
+}
+
+TEST_CASE("validate lists every problem") {
+  const Folder folder;
+  folder.write("bad.toml",
+               and_then(replaced(good_case.substr(good_case.find("[[check]]")), "young_modulus", "young") +
+                        "unit = 1\n[fluid]\ntau = 1"));
+  const Ran ran = folder.run({"validate", "bad.toml", "nowhere"});
+  CHECK(ran.code == input);
+  CHECK_THAT(ran.err, ContainsSubstring("no case 'nowhere'"));
+  CHECK_THAT(ran.err, ContainsSubstring("does not measure 'young'"));
+  CHECK_THAT(ran.err, ContainsSubstring("unknown key 'fluid'"));
+}
+
+TEST_CASE("A file name that is no UTF-8 does not break the output") {
+  const Folder folder;
+  folder.write(
+      "b\xff"
+      "d.toml",
+      good_case);
+  const Ran ran = folder.run({"run",
+                              "b\xff"
+                              "d.toml",
+                              "--json", "--out", "out"});
+  CHECK(ran.code == input);
+  CHECK(folder.run({"list", "--json", "--cases", "."}).code == 0);
+}

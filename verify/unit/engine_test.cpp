@@ -1,0 +1,455 @@
+#include <omp.h>
+
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "catch.hpp"
+#include "drivers/drivers.hpp"
+#include "engine/baseline.hpp"
+#include "engine/ledger.hpp"
+#include "engine/result.hpp"
+#include "engine/validate.hpp"
+#include "exit_code.hpp"
+#include "io/csv.hpp"
+#include "io/file.hpp"
+#include "io/hdf5.hpp"
+#include "unit/command.hpp"
+
+using namespace veriflex;
+using namespace veriflex::engine;
+using Json = nlohmann::json;
+using unit::Folder;
+using unit::good_case;
+using unit::Ran;
+using unit::replaced;
+
+namespace {
+
+const std::filesystem::path references = VERIFLEX_SOURCE_DIR "/reference";
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+Check check_of(double target, double absolute) {
+  Check check{};
+  check.measure = "length";
+  check.target = target;
+  check.tolerance.value = absolute;
+  return check;
+}
+
+Verdict judged(const Check& check, double measured) {
+  observe::Observations seen;
+  seen.metrics.push_back({"length", measured, "L", ""});
+  return judge(check, Case{}, seen).verdict;
+}
+
+// A curve y(x) held against the points (1, 10) and (2, 0), relative to max(|y|, 1).
+Case curve_case() {
+  Case c{};
+  c.references.emplace_back();
+  c.references.front().id = "points";
+  c.references.front().columns = {{"x", {1.0, 2.0}}, {"y", {10.0, 0.0}}};
+  Check check = check_of(0.0, 0.01);
+  check.measure = "bend.y";
+  check.curve = Curve{"bend", "x", "y"};
+  check.tolerance.relative = true;
+  check.tolerance.floor = 1.0;
+  check.reference = 0;
+  c.checks.push_back(check);
+  return c;
+}
+
+Outcome judged_curve(std::vector<double> x, std::vector<double> y) {
+  const Case c = curve_case();
+  observe::Observations seen;
+  seen.records.push_back({"bend", "", {{"x", "", "1", "", std::move(x)}, {"y", "", "1", "", std::move(y)}}});
+  return judge(c.checks.front(), c, seen);
+}
+
+bool same_bits(const std::vector<double>& a, const std::vector<double>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double p, double q) {
+    return std::bit_cast<std::uint64_t>(p) == std::bit_cast<std::uint64_t>(q);
+  });
+}
+
+Result run_with(const Case& c, int threads) {
+  omp_set_num_threads(threads);
+  Result result = run_case(c, threads);
+  omp_set_num_threads(1);
+  return result;
+}
+
+Case shipped(const std::string& id) {
+  return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, drivers::all(), references);
+}
+
+std::string named(const std::string& text, const std::string& id) {
+  return replaced(text, "id = \"bad\"", "id = \"" + id + "\"");
+}
+
+}  // namespace
+
+TEST_CASE("A check holds within its tolerance, its end included") {
+  CHECK(judged(check_of(2.0, 0.5), 2.25) == Verdict::pass);
+  CHECK(judged(check_of(2.0, 0.5), 1.5) == Verdict::pass);
+  CHECK(judged(check_of(2.0, 0.5), 2.75) == Verdict::fail);
+  Check relative = check_of(-4.0, 0.25);
+  relative.tolerance.relative = true;
+  CHECK(judged(relative, -5.0) == Verdict::pass);
+  CHECK(judged(relative, -5.5) == Verdict::fail);
+}
+
+TEST_CASE("A check for outside holds where one for within does not") {
+  Check check = check_of(2.0, 0.5);
+  check.outside = true;
+  CHECK(judged(check, 3.0) == Verdict::pass);
+  CHECK(judged(check, 2.25) == Verdict::fail);
+  CHECK(judged(check, 2.0) == Verdict::fail);
+}
+
+TEST_CASE("A refuted claim is a finding only while it stays refuted by as much") {
+  Check check = check_of(2.0, 0.5);
+  check.question = Question::claim;
+  check.refuted = Recorded{3.0, 0.01};
+  CHECK(judged(check, 3.0) == Verdict::finding);
+  CHECK(judged(check, 3.02) == Verdict::finding);
+  CHECK(judged(check, 3.2) == Verdict::fail);  // departed from what was recorded
+  CHECK(judged(check, 2.2) == Verdict::fail);  // holds, though recorded as refuted
+  check.refuted = Recorded{2.2, 0.01};
+  CHECK(judged(check, 2.2) == Verdict::fail);  // as recorded, but that is no refutation
+}
+
+TEST_CASE("What was not measured, or is no number, is no verdict") {
+  CHECK_THROWS_AS(judged(check_of(2.0, 0.5), not_a_number), NumericalFailure);
+  CHECK_THROWS_AS(judge(check_of(2.0, 0.5), Case{}, {}), NumericalFailure);
+}
+
+TEST_CASE("A curve is judged by its largest error at the reference's points") {
+  const Outcome good = judged_curve({2.0, 1.5, 1.0}, {0.005, 1e9, 10.05});
+  CHECK(good.verdict == Verdict::pass);
+  CHECK(good.measured == Approx(0.005));
+  CHECK(judged_curve({1.0, 2.0}, {10.0, 0.02}).verdict == Verdict::fail);
+  CHECK_THROWS_AS(judged_curve({1.0}, {10.0}), NumericalFailure);  // a point is missing
+  CHECK_THROWS_AS(judged_curve({1.0, 2.0}, {10.0, not_a_number}), NumericalFailure);
+  CHECK_THROWS_AS(judged_curve({1.0, 2.0}, {not_a_number, 0.0}), NumericalFailure);
+  CHECK_THROWS_AS(judge(curve_case().checks.front(), curve_case(), {}), NumericalFailure);  // no record
+}
+
+TEST_CASE("A case fails when a check fails, and findings are no failures") {
+  Outcome passed{}, failed{}, finding{};
+  passed.verdict = Verdict::pass;
+  failed.verdict = Verdict::fail;
+  finding.verdict = Verdict::finding;
+  CHECK(overall({passed, finding}) == Verdict::pass);
+  CHECK(overall({passed, failed, finding}) == Verdict::fail);
+}
+
+TEST_CASE("Exit codes: the first of 4, 2, 3, 1") {
+  const std::vector<int> order{4, 2, 3, 1, 0};
+  for (std::size_t i = 0; i < order.size(); ++i) {
+    for (std::size_t j = i; j < order.size(); ++j) {
+      CHECK(exit_code::first_of(order[i], order[j]) == order[i]);
+      CHECK(exit_code::first_of(order[j], order[i]) == order[i]);
+    }
+  }
+}
+
+TEST_CASE("The same case gives the same bits, whatever the number of threads") {
+  for (const std::string id : {"tensile-fene-lj-curve", "derive-fene-lj"}) {
+    const Case c = shipped(id);
+    const Result one = run_with(c, 1);
+    const Result again = run_with(c, 1);
+    const Result two = run_with(c, 2);
+    for (const Result* other : {&again, &two}) {
+      REQUIRE(other->seen.records.size() == one.seen.records.size());
+      for (std::size_t r = 0; r < one.seen.records.size(); ++r) {
+        for (const observe::Column& column : one.seen.records[r].columns) {
+          INFO(id << " " << one.seen.records[r].name << "." << column.name);
+          const observe::Column* same = other->seen.records[r].find(column.name);
+          REQUIRE(same != nullptr);
+          CHECK(same_bits(same->values, column.values));
+        }
+      }
+      REQUIRE(other->seen.metrics.size() == one.seen.metrics.size());
+      for (std::size_t m = 0; m < one.seen.metrics.size(); ++m) {
+        CHECK(same_bits({other->seen.metrics[m].value}, {one.seen.metrics[m].value}));
+      }
+    }
+  }
+}
+
+TEST_CASE("A result file gives back what was put in") {
+  const Folder folder;
+  const Result result = run_with(shipped("derive-fene-lj"), 1);
+  write_result(result, folder.path());
+  const io::Hdf5File file(folder.path() / "derive-fene-lj.h5");
+  CHECK(file.attribute("/", "id") == "derive-fene-lj");
+  CHECK(file.attribute("/", "verdict") == "pass");
+  std::vector<double> values;
+  for (const observe::Metric& metric : result.seen.metrics) values.push_back(metric.value);
+  CHECK(same_bits(file.numbers("/metrics/value"), values));
+  CHECK(file.texts("/checks/verdict").size() == result.outcomes.size());
+  CHECK_THROWS_AS(file.numbers("/checks/verdict"), InputError);
+  CHECK_THROWS_AS(file.texts("/metrics/value"), InputError);
+  CHECK_THROWS_AS(file.texts("/nothing"), InputError);
+  CHECK_THROWS_AS(file.attribute("/", "schema"), InputError);
+}
+
+TEST_CASE("A killed run leaves the earlier result") {
+  const Folder folder;
+  folder.write("bad.toml",
+               replaced(replaced(good_case, "[2, 2, 4]", "[16, 16, 200]"), "\"held\"", "\"free\""));
+  folder.write("out/bad.h5", "an earlier result");
+  const std::string command = "cd '" + folder.path().string() +
+                              "' && timeout -s KILL 0.3 '" VERIFLEX_COMMAND
+                              "' run bad.toml --out out >/dev/null 2>&1";
+  CHECK(std::system(command.c_str()) != 0);
+  CHECK(unit::contents(folder.path() / "out/bad.h5") == "an earlier result");
+  CHECK(folder.left_aside().empty());
+}
+
+TEST_CASE("CSV: comments, spaces and line ends of both kinds") {
+  const auto columns = io::parse_csv("# a table\r\n\r\n x , y \r\n1, -2.5e-3\r\n# between\n 3,4", "t.csv");
+  REQUIRE(columns.size() == 2);
+  CHECK(columns[0].name == "x");
+  CHECK(columns[1].name == "y");
+  CHECK(columns[0].values == std::vector<double>{1.0, 3.0});
+  CHECK(columns[1].values == std::vector<double>{-2.5e-3, 4.0});
+  for (const std::string bad : {"x\n0x10\n", "x\n1 2\n", "x\n+1\n", "x\ninf\n", "x\n1;2\n"}) {
+    CHECK_THROWS_AS(io::parse_csv(bad, "t.csv"), InputError);
+  }
+}
+
+TEST_CASE("SHA-256 of the standard's examples") {
+  CHECK(io::sha256("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
+  CHECK(io::sha256("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST_CASE("Documents: dotted paths show values, and every unknown key is named") {
+  const io::Section top = io::parse_document("a = 1\n[b]\nc = [1, 2]\n[[d]]\ne = \"x\"\nf = 1\n", "t.toml");
+  CHECK(top.shown("a") == "1");
+  CHECK(top.shown("b.c") == "[ 1, 2 ]");
+  CHECK(top.shown("b.c.1") == "2");
+  CHECK(top.shown("d.0.e") == "'x'");
+  for (const char* path : {"", "x", "a.b", "b.c.7", "d.e", "b.", ".b"}) CHECK_FALSE(top.shown(path));
+  CHECK(top.tables("d").front().text("e") == "x");
+  CHECK(top.unknown_keys().size() == 3);  // a, b, d.0.f
+  CHECK(top.asked() == std::vector<std::string>{"d", "d[].e"});
+}
+
+TEST_CASE("run --json has the keys that programs rely on") {
+  const Folder folder;
+  folder.write("bad.toml", good_case);
+  const Ran ran = folder.run({"run", "bad.toml", "derive-fene-lj", "--json", "--out", "out"});
+  CHECK(ran.code == 0);
+  const Json all = Json::parse(ran.out);
+  REQUIRE(all.size() == 2);
+  CHECK(all[0]["id"] == "bad");
+  CHECK(all[0]["verdict"] == "pass");
+  CHECK(all[0]["wall_seconds"].is_number());
+  CHECK(all[1]["findings"] == 3);
+  for (const char* key : {"metric", "measured", "target", "tolerance", "margin", "verdict"}) {
+    CHECK(all[0]["checks"][0].contains(key));
+  }
+}
+
+TEST_CASE("derive and calibrate --json have the same keys for every law, null for what it lacks") {
+  const Folder folder;
+  const std::vector<std::vector<std::string>> laws{
+      {"--law", "fene-lj", "--depth", "1", "--diameter", "1"},
+      {"--law", "harmonic", "--bond-stiffness", "1", "--rest-length", "1"},
+      {"--law", "shifted-fene", "--bond-stiffness", "1", "--rest-length", "1", "--extension", "0.5"}};
+  for (const std::vector<std::string>& law : laws) {
+    INFO(law[1]);
+    std::vector<std::string> arguments{"derive", "--json"};
+    arguments.insert(arguments.end(), law.begin(), law.end());
+    const Json derived = Json::parse(folder.run(arguments).out);
+    for (const char* key :
+         {"rest_length", "stiffness", "force_per_strain", "young_modulus", "stiffness_over_attraction",
+          "strain_at_reach", "min_tangent_ratio", "min_tangent_strain", "validity"}) {
+      CHECK(derived.contains(key));
+    }
+    CHECK(derived["stiffness_over_attraction"].is_null() == (law[1] != "fene-lj"));
+    CHECK(derived["strain_at_reach"].is_null() == (law[1] == "harmonic"));
+    CHECK(derived["validity"].size() == 3);
+    const std::vector<std::string> shape = law[1] == "shifted-fene"
+                                               ? std::vector<std::string>{"--extension", "0.5"}
+                                               : std::vector<std::string>{};
+    arguments = {"calibrate", "--young", "0.26",   "--spacing", "1",
+                 "--poisson", "0.3",     "--json", "--law",     law[1]};
+    arguments.insert(arguments.end(), shape.begin(), shape.end());
+    const Ran ran = folder.run(arguments);
+    INFO(ran.err);
+    const Json calibrated = Json::parse(ran.out);
+    for (const char* key :
+         {"depth", "diameter", "bond_stiffness", "angle_stiffness", "rest_length", "validity"}) {
+      CHECK(calibrated.contains(key));
+    }
+    CHECK(calibrated["depth"].is_null() == (law[1] != "fene-lj"));
+    CHECK(calibrated["bond_stiffness"].is_null() == (law[1] == "fene-lj"));
+    CHECK(calibrated["rest_length"].get<double>() == Approx(1.0));
+  }
+}
+
+TEST_CASE("Several cases in one run: the exit code is the gravest, and every case has its say") {
+  const Folder folder;
+  folder.write("passes.toml", named(good_case, "passes"));
+  folder.write("fails.toml", replaced(named(good_case, "fails"), "target = 1021", "target = 1022"));
+  // The curve's point at strain 0.02 is not measured: the case cannot answer.
+  folder.write("points.csv", "strain,stress\n0.02,1.0\n");
+  folder.write(
+      "points.toml",
+      "schema = 1\nid = \"points\"\nkind = \"analytic\"\nsource = \"s\"\nobtained = \"o\"\n[data]\nfile = "
+      "\"points.csv\"\nsha256 = \"" +
+          io::sha256("strain,stress\n0.02,1.0\n") + "\"\n");
+  const std::string check =
+      "[[check]]\nquestion = \"code\"\nstatement = \"s\"\ncurve = { record = \"stress_strain\", x = "
+      "\"strain\", y = "
+      "\"stress\" }\nreference = \"points\"\ntolerance = { relative = 0.1, floor = 1.0, reason = \"r\" }\n";
+  folder.write("errs.toml", named(good_case, "errs") + check);
+  folder.write("broken.toml", "schema = 2\n");
+  const auto code = [&](const std::vector<std::string>& cases, const std::string& out) {
+    std::vector<std::string> arguments{"run", "--out", out};
+    arguments.insert(arguments.end(), cases.begin(), cases.end());
+    return folder.run(arguments).code;
+  };
+  CHECK(code({"passes.toml"}, "out") == 0);
+  CHECK(code({"fails.toml", "passes.toml"}, "out") == 1);
+  CHECK(code({"fails.toml", "errs.toml", "passes.toml"}, "out") == 3);
+  CHECK(code({"errs.toml", "broken.toml", "fails.toml"}, "out") == 2);
+  CHECK(code({"broken.toml", "passes.toml"}, "passes.toml/out") == 4);
+  const io::Hdf5File error(folder.path() / "out/errs.h5");
+  CHECK(error.attribute("/", "verdict") == "error");
+  CHECK_THAT(error.attribute("/", "error_message"),
+             ContainsSubstring("did not measure stress_strain.stress"));
+  CHECK(io::Hdf5File(folder.path() / "out/broken.h5").attribute("/", "error_kind") == "input");
+}
+
+TEST_CASE("A case outside the repository with its reference beside it runs, and is told apart from one") {
+  const Folder folder;
+  folder.write(
+      "bad.toml",
+      replaced(
+          good_case,
+          "target = 1021.186296534041763399964\nkind = \"high-precision\"\nsource = \"40-digit arithmetic\"",
+          "reference = \"mine\""));
+  folder.write("mine.toml",
+               "schema = 1\nid = \"mine\"\nkind = \"peer-code\"\nsource = \"another program\"\nobtained = "
+               "\"by running it\"\n"
+               "[values.young_modulus]\nvalue = 1021.186296534\nuncertainty = 1e-9\ndimension = \"M L^-1 "
+               "T^-2\"\nmeaning = \"E\"\n");
+  const Ran ran = folder.run({"run", "bad.toml"});
+  INFO(ran.err);
+  CHECK(ran.code == 0);
+  CHECK(io::Hdf5File(folder.path() / "results/bad.h5").texts("/checks/reference") ==
+        std::vector<std::string>{"mine"});
+  CHECK(folder.run({"validate", "bad.toml"}).code == 0);
+}
+
+TEST_CASE("info prints the rerun line, the checks and the provenance of references") {
+  const Folder folder;
+  folder.write("it's/bad.toml", good_case + "[assumed]\n\"solid.nodes\" = \"not given\"\n");
+  const Ran ran = folder.run({"info", "it'\\''s/bad.toml"});
+  CHECK(ran.code == 0);
+  CHECK_THAT(ran.out, ContainsSubstring("veriflex run 'it'\\''s/bad.toml'"));
+  CHECK_THAT(ran.out, ContainsSubstring("solid.nodes = [ 2, 2, 4 ]: not given"));
+  CHECK_THAT(ran.out, ContainsSubstring("tolerance 1e-09 relative: differences of forces"));
+  CHECK_THAT(folder.run({"info", "derive-fene-lj"}).out,
+             ContainsSubstring("reference/fene_lj.py rest-state"));
+}
+
+TEST_CASE(
+    "accept writes a baseline that a check can be held against, and renews it with the difference shown") {
+  const Folder folder;
+  folder.write("bad.toml", good_case);
+  const std::string reason = "first \"light\"\tC:\\";
+  CHECK(folder.run({"accept", "bad.toml", "--reason", reason}).code == 0);
+  const Reference first = read_reference(folder.path() / "bad-baseline.toml");
+  CHECK(first.kind == "baseline");
+  CHECK(first.origin->reason == reason);
+  const Result result = run_with(read_case(folder.path() / "bad.toml", {}, drivers::all(), references), 1);
+  REQUIRE(first.values.size() == result.seen.metrics.size());
+  for (const Change& change : changes(first, result.seen)) {
+    REQUIRE((change.earlier && change.now));
+    CHECK(same_bits({*change.earlier}, {*change.now}));
+  }
+  folder.write("bad.toml",
+               replaced(replaced(good_case, "depth = 1.0", "depth = 2.0"),
+                        "target = 1021.186296534041763399964", "target = 2042.372593068083526799928"));
+  const Ran renewed = folder.run({"accept", "bad.toml", "--reason", "twice as deep"});
+  CHECK(renewed.code == 0);
+  CHECK_THAT(renewed.out, ContainsSubstring("relative change"));
+  CHECK(read_reference(folder.path() / "bad-baseline.toml").values.at("young_modulus").value ==
+        Approx(2.0 * first.values.at("young_modulus").value));
+}
+
+TEST_CASE("accept refuses a case that does not pass, and leaves the earlier baseline") {
+  const Folder folder;
+  folder.write("bad.toml", replaced(good_case, "target = 1021", "target = 1022"));
+  folder.write("bad-baseline.toml", "earlier");
+  const Ran ran = folder.run({"accept", "bad.toml", "--reason", "x"});
+  CHECK(ran.code == 1);
+  CHECK_THAT(ran.err, ContainsSubstring("not accepted, its verdict is fail"));
+  CHECK(unit::contents(folder.path() / "bad-baseline.toml") == "earlier");
+}
+
+TEST_CASE("The ledger shows what result files say, and what no case judges") {
+  const Folder folder;
+  REQUIRE(folder.run({"run", "derive-fene-lj", "--out", "results"}).code == 0);
+  const Ran ran = folder.run({"claims", "--json"});
+  CHECK(ran.code == 0);
+  const Json ledger = Json::parse(ran.out);
+  CHECK(ledger["citation"] == "wu-qi-2014");
+  std::map<std::string, Json> entries;
+  for (const Json& entry : ledger["claims"]) entries[entry["id"]] = entry["judgements"];
+  CHECK(entries.at("rest-length")[0]["verdict"] == "pass");
+  CHECK(entries.at("young-modulus").size() == 3);
+  CHECK(entries.at("young-modulus")[0]["verdict"] == "finding");
+  CHECK(entries.at("filament-young-modulus")[0]["verdict"] == "not run");
+  CHECK(entries.at("frequency").empty());
+  const Ran text = folder.run({"claims", "--results", "nowhere"});
+  CHECK(text.code == 0);
+  CHECK_THAT(text.out, ContainsSubstring("not run  derive-fene-lj"));
+  CHECK_THAT(text.out, ContainsSubstring("not yet judged"));
+}
+
+TEST_CASE("validate finds what is wrong between cases, references, ledger and bibliography") {
+  const Folder folder;
+  const std::filesystem::path cases = folder.path() / "cases";
+  const std::filesystem::path shelf = folder.path() / "reference";
+  const std::string claim =
+      replaced(good_case, "question = \"code\"", "question = \"claim\"\nclaim = \"modulus\"");
+  const std::string ledger =
+      "schema = 1\ncitation = \"wu-qi-2014\"\n[[claim]]\nid = \"modulus\"\nwhere = \"Eq. 1\"\nstates = "
+      "\"E\"\n"
+      "judged_by = [\"bad\"]\n";
+  const std::string reference =
+      "schema = 1\nid = \"spare\"\nkind = \"analytic\"\nsource = \"s\"\nobtained = \"o\"\n[values.x]\nvalue "
+      "= 1\n"
+      "dimension = \"1\"\nmeaning = \"x\"\n";
+  const auto problems = [&] {
+    std::string text;
+    for (const std::string& problem : problems_of_repository(cases, shelf, drivers::all()))
+      text += problem + "\n";
+    return text;
+  };
+  folder.write("cases/bad.toml", claim);
+  folder.write("reference/bibliography.bib", "@article{wu-qi-2014,\n}\n");
+  folder.write("reference/claims/wu-qi-2014.toml", ledger);
+  CHECK(problems().empty());
+
+  folder.write("reference/spare.toml", reference);
+  CHECK_THAT(problems(), ContainsSubstring("spare.toml: no case uses this reference"));
+  std::filesystem::remove(shelf / "spare.toml");
+
+  folder.write("cases/bad.toml", replaced(claim, "wu-qi-2014, Eq. 13", "wu-qi-2041, Eq. 13"));
+  CHECK_THAT(problems(), ContainsSubstring("bad.toml:6:11: the bibliography has no 'wu-qi-2041'"));
+  folder.write("cases/bad.toml", good_case);
+  CHECK_THAT(problems(), ContainsSubstring("wu-qi-2014.toml:7:13: 'bad' does not judge 'modulus'"));
+  folder.write("cases/bad.toml", claim);
+  folder.write("reference/claims/wu-qi-2014.toml", replaced(ledger, "[\"bad\"]", "[]"));
+  CHECK_THAT(problems(), ContainsSubstring("'bad' is missing in judged_by of 'modulus'"));
+  folder.write("reference/claims/wu-qi-2014.toml", ledger + ledger.substr(ledger.find("[[claim]]")));
+  CHECK_THAT(problems(), ContainsSubstring("claim 'modulus' stands here twice"));
+}
