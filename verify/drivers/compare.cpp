@@ -14,6 +14,7 @@
 #include "drivers/drivers.hpp"
 #include "engine/read_scene.hpp"
 #include "engine/reference.hpp"
+#include "repository.hpp"
 #include "scene/lammps_network.hpp"
 #include "solid/leapfrog.hpp"
 #include "solid/statics.hpp"
@@ -34,7 +35,6 @@ using solid::NoAngle;
 using solid::Workspace;
 
 constexpr int x_axis = 0, y_axis = 1, z_axis = 2;
-const fs::path reference_folder = VERIFLEX_SOURCE_DIR "/reference";
 
 // Bonds that carry no force, so that the loops of the solid yield the angles' part alone.
 struct Slack {
@@ -52,9 +52,9 @@ static_assert(bond::BondLaw<Slack>);
 // The table of a reference, whose columns are asked for by name.
 class Table {
  public:
-  Table(const io::Section& compare, const std::string& key) {
+  Table(const io::Section& compare, const std::string& key, const std::string& id) {
     const fs::path beside = fs::path(compare.place().file).parent_path();
-    reference_ = engine::find_reference(compare.text(key), beside, reference_folder, compare.place(key));
+    reference_ = engine::find_reference(id, beside, repository::references, compare.place(key));
     if (reference_.columns.empty()) {
       compare.fail(key, fmt::format("reference '{}' has no table", reference_.id),
                    "its rows are what is compared", "Name a reference with [data]");
@@ -299,10 +299,10 @@ Body read_body(const io::Section& top, const io::Section& compare) {
   const fs::path beside = fs::path(compare.place().file).parent_path();
   const std::string name = compare.text("data");
   fs::path file = beside / name;
-  if (!fs::exists(file)) file = reference_folder / name;
+  if (!fs::exists(file)) file = repository::references / name;
   if (!fs::exists(file)) {
     compare.fail("data", fmt::format("data file '{}' not found", name),
-                 fmt::format("looked in {} and {}", beside.string(), reference_folder.string()),
+                 fmt::format("looked in {} and {}", beside.string(), repository::references.string()),
                  "Name it relative to one of these");
   }
   const io::LammpsData data = io::read_lammps_data(file);
@@ -738,6 +738,8 @@ Observations compare_trajectory(const Body& body, const Table& table, const Tabl
   seen.metrics.push_back(
       {"energy_change", change.value, "1", "largest change of the total energy over that at the start"});
   seen.metrics.push_back({"peer_energy_change", peer_change.value, "1", "the same of the peer"});
+  seen.metrics.push_back({"energy_rows", static_cast<double>(energy_record.columns.front().values.size()),
+                          "1", "rows of the table of energies that were compared"});
   count_rows(table, seen);
   return seen;
 }
@@ -745,7 +747,8 @@ Observations compare_trajectory(const Body& body, const Table& table, const Tabl
 // ---- reading
 
 scene::Plan plan_of(const Body& body, const std::string& solver) {
-  scene::Plan plan = scene::plan({.law = body.material.law, .solid = std::nullopt});
+  scene::Plan plan =
+      scene::plan({.law = body.material.law, .solid = std::nullopt, .method = "", .moves = false});
   std::erase_if(plan.left_out, [](const scene::LeftOut& l) { return l.module == "solid"; });
   const auto bonds = static_cast<double>(body.network.bonds.size());
   const auto angles = static_cast<double>(body.network.angles.size());
@@ -776,9 +779,9 @@ std::vector<std::string> joined(std::vector<std::string> a,
 
 engine::Study read_bond_table(const io::Section& top, const io::Section& compare) {
   const bond::AnyLaw law = engine::read_law(top);
-  const Table table(compare, "table");
+  const Table table(compare, "table", compare.text("table"));
   table.need(compare, "table", {"r", "energy", "force"});
-  return {.plan = scene::plan({.law = law, .solid = std::nullopt}),
+  return {.plan = scene::plan({.law = law, .solid = std::nullopt, .method = "", .moves = false}),
           .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows"},
           .run = [=](Progress&, engine::Cost&) { return compare_bond(law, table); }};
 }
@@ -793,7 +796,7 @@ engine::Study read_angle_table(const io::Section& top, const io::Section& compar
     compare.fail("rest_angle", fmt::format("'rest_angle' is {}", rest_angle),
                  "angles rest at 90 or 180 degrees", "Choose one of these");
   }
-  const Table table(compare, "table");
+  const Table table(compare, "table", compare.text("table"));
   table.need(compare, "table",
              joined({"theta", "energy"},
                     {xyz("", "1"), xyz("", "2"), xyz("", "3"), xyz("f", "1"), xyz("f", "2"), xyz("f", "3")}));
@@ -809,7 +812,7 @@ engine::Study read_angle_table(const io::Section& top, const io::Section& compar
 
 engine::Study read_node_forces(const io::Section& top, const io::Section& compare) {
   const Body body = read_body(top, compare);
-  const Table table(compare, "table");
+  const Table table(compare, "table", compare.text("table"));
   table.need(compare, "table",
              joined({"id", "e_bond", "e_angle"},
                     {xyz("", ""), xyz("f", ""), xyz("f", "_bond"), xyz("f", "_angle")}));
@@ -832,7 +835,7 @@ constexpr const char* newton = "statics: Newton with line search, sparse Cholesk
 
 engine::Study read_tensile_table(const io::Section& top, const io::Section& compare) {
   const Body body = read_body(top, compare);
-  const Table table(compare, "table");
+  const Table table(compare, "table", compare.text("table"));
   table.need(compare, "table", {"strain", "force_bottom", "force_top", "e_bond", "e_angle"});
   if (layers_of(body.network).size() < 2)
     compare.fail("data", "all nodes have the same z", "the bar is pulled along z", "Turn the body");
@@ -843,7 +846,7 @@ engine::Study read_tensile_table(const io::Section& top, const io::Section& comp
 
 engine::Study read_cantilever(const io::Section& top, const io::Section& compare) {
   const Body body = read_body(top, compare);
-  const Table table(compare, "table");
+  const Table table(compare, "table", compare.text("table"));
   table.need(compare, "table", {"force_per_node", "tip_x", "tip_z", "e_bond", "e_angle", "clamp_reaction_x"});
   const auto layers = static_cast<std::int64_t>(layers_of(body.network).size());
   if (layers < 2)
@@ -860,18 +863,19 @@ engine::Study read_cantilever(const io::Section& top, const io::Section& compare
 
 engine::Study read_trajectory(const io::Section& top, const io::Section& compare) {
   const Body body = read_body(top, compare);
-  const Table table(compare, "table");
+  const Table table(compare, "table", compare.text("table"));
   table.need(compare, "table", joined({"step", "id"}, {xyz("", ""), xyz("v", "")}));
-  const Table energies(compare, "energies");
+  const Table energies(compare, "energies", compare.text("energies"));
   energies.need(compare, "energies", {"step", "total"});
   const std::vector<Eigen::Index> node_of_row = nodes_of_rows(body, table, compare);
   const Motion motion{compare.number("time_step"), compare.number("node_mass", 1.0),
                       compare.has("early_steps") ? compare.integer("early_steps", 0, 1'000'000'000) : 10};
-  for (const char* key : {"time_step", "node_mass"}) {
-    if (!(compare.number(key, 1.0) > 0.0))
-      compare.fail(key, fmt::format("'{}' is {}", key, compare.number(key)), "it must be positive",
-                   "Give a positive number");
-  }
+  const auto need_positive = [&](const std::string& key, double value) {
+    if (value > 0.0) return;
+    compare.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give a positive number");
+  };
+  need_positive("time_step", motion.time_step);
+  need_positive("node_mass", motion.node_mass);
   if (table["step"].front() != 0.0)
     compare.fail("table", fmt::format("the table begins at step {}", table["step"].front()),
                  "the motion starts from its first frame, step 0", "Keep the first frame");
@@ -881,7 +885,7 @@ engine::Study read_trajectory(const io::Section& top, const io::Section& compare
   return {.plan = plan_of(
               body, fmt::format("leap-frog, time step {}, node mass {}", motion.time_step, motion.node_mass)),
           .measures = {"early_position_error", "position_error", "velocity_error", "energy_error",
-                       "energy_change", "peer_energy_change", "rows", "clamped_rows"},
+                       "energy_change", "peer_energy_change", "energy_rows", "rows", "clamped_rows"},
           .run = [=](Progress& progress, engine::Cost&) {
             return compare_trajectory(body, table, energies, node_of_row, motion, progress);
           }};
@@ -891,8 +895,9 @@ engine::Study read_trajectory(const io::Section& top, const io::Section& compare
 
 engine::Study read_compare(const io::Section& top) {
   const io::Section compare = top.table("compare");
-  const std::string kind = compare.choice(
-      "kind", {"bond-table", "angle-table", "node-forces", "tensile", "cantilever", "trajectory"});
+  const std::vector<std::string> kinds{"bond-table", "angle-table", "node-forces",
+                                       "tensile",    "cantilever",  "trajectory"};
+  const std::string kind = compare.choice("kind", kinds);
   if (kind == "bond-table") return read_bond_table(top, compare);
   if (kind == "angle-table") return read_angle_table(top, compare);
   if (kind == "node-forces") return read_node_forces(top, compare);
