@@ -395,6 +395,61 @@ def convergence(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def work_precision(result, record, key):
+    """Error of each row against its run time, the timing phase `work_precision/<row>`, and against the steps; both log-log."""
+    if not drawable(record, "steps_per_period", "error"):
+        return None
+    times = {row["phase"]: row["wall_seconds"] for row in result.timing}
+    seconds = np.array([times.get(f"work_precision/{row}", np.nan) for row in range(len(record))])
+    error, steps = record["error"], record["steps_per_period"]
+    drawn = (error > 0) & (seconds > 0)
+    if not drawn.any():
+        return None
+    drawing, axes = canvas(panels=2, height=5.2)
+    axes[0].loglog(1000 * seconds[drawn], error[drawn], "o-", color="C0")
+    for x, y, label in zip(1000 * seconds[drawn], error[drawn], steps[drawn]):
+        axes[0].annotate(f"{label:.0f}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7)
+    axes[0].set_xlabel("run time of the row [ms]; labels: steps per period")
+    axes[1].loglog(steps[drawn], error[drawn], "s-", color="C1")
+    first = np.flatnonzero(drawn)[0]
+    axes[1].plot(steps[drawn], 0.4 * error[first] * (steps[drawn] / steps[first]) ** -2, ":", color="C1", linewidth=1)
+    label_points(axes[1], steps[drawn])
+    axes[1].set_xlabel(column_label(record.columns["steps_per_period"]))
+    for panel in axes:
+        panel.set_ylabel("relative error of the period [1]")
+        panel.margins(x=0.12, y=0.15)
+    caption = "What accuracy a second of computing buys; dotted: second order. One run each: read the times to a factor of two."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def boundary(result, record, key):
+    """First failing time step and the linear limit, against whichever of noise and pre-strain varies."""
+    if not drawable(record, "amplitude", "prestrain", "dt", "dt_least", "dt_largest", "linear_limit"):
+        return None
+    varied = "prestrain" if np.ptp(record["prestrain"]) > 0 else "amplitude"
+    x = record[varied]
+    drawing, (axes,) = canvas(height=3.5)
+    low, high = record["dt"] - record["dt_least"], record["dt_largest"] - record["dt"]
+    label = "first failing step, median and range of the noises"
+    handles = [axes.errorbar(x, record["dt"], yerr=[low, high], fmt="o-", color="C0", capsize=3, label=label)]
+    limit = r"linear limit $2/\omega_{max}$ of the strained body"
+    handles += axes.plot(x, record["linear_limit"], "s--", color="C1", label=limit)
+    for reference in result.references:
+        if drawable(reference.columns, varied, "dt"):
+            points = reference.columns
+            handles += axes.plot(points[varied], points["dt"], "D", color="C3", mfc="none", label="another program")
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.1)
+    if varied == "amplitude":
+        axes.set_xscale("log")
+        label_points(axes, np.unique(x))
+    axes.set_xlabel(column_label(record.columns[varied]))
+    axes.set_ylabel("time step [T]")
+    legend_above(axes, handles)
+    caption = "Time step at which leap-frog first fails, and where small oscillations become unstable."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
 def against_first_column(result, record, key):
     """A record without a plot of its own: all columns against the first, one panel per dimension."""
     columns = [column for column in record.columns.values() if column.values.dtype.kind in "iuf"]
@@ -500,6 +555,8 @@ KINDS = {
     "stress_strain": (stress_strain, curve_error, moduli, moduli_near_rest),
     "moduli": (moduli, moduli_near_rest),
     "convergence": (convergence,),
+    "work_precision": (work_precision,),
+    "boundary": (boundary,),
     "validity": (),
 }
 

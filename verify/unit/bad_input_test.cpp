@@ -98,6 +98,8 @@ claim = "young-modulus")";
        "bad.toml:18:9: 10000 x 10000 x 10000 nodes are too many"},
       {"10^36 nodes", with("[2, 2, 4]", "[1000000000000, 1000000000000, 1000000000000]"),
        "nodes are too many"},
+      {"R0 below the lattice spacing", with("[2, 2, 4]", "[2, 2, 4]\nspacing = 1.6"),
+       "bad.toml:19:11: 'spacing' is 1.6 (bond law fene-lj is defined between 0 and 1.5)"},
       {"strain beyond the law's domain", with("[-0.01, 0.01]", "[0.6]"),
        "strain 0.6 is outside the domain of fene-lj"},
       {"strain of -100 %", with("[-0.01, 0.01]", "[-1.0]"), "strain -1 is outside the domain"},
