@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <random>
 
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
+#include "drivers/for_all.hpp"
 #include "engine/read_scene.hpp"
 #include "solid/leapfrog.hpp"
 #include "solid/modes.hpp"
@@ -163,27 +163,6 @@ Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
   return {0.5 * (good + bad), limit, held.longest, held.shortest, failed.end == End::broke};
 }
 
-std::vector<Boundary> all_boundaries(const StabilityStudy& study, const std::vector<Trial>& trials,
-                                     Progress& progress) {
-  std::vector<Boundary> boundaries(trials.size());
-  std::vector<std::exception_ptr> errors(trials.size());
-  std::size_t done = 0;
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t i = 0; i < trials.size(); ++i) {
-    try {
-      boundaries[i] = first_failure(study, trials[i]);
-    } catch (...) {
-      errors[i] = std::current_exception();
-    }
-#pragma omp critical
-    progress.show("runs", ++done, trials.size());
-  }
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
-  return boundaries;
-}
-
 Observations run(const StabilityStudy& study, Progress& progress, engine::Cost& cost) {
   std::vector<Trial> trials;
   for (const double amplitude : study.amplitudes) {
@@ -193,7 +172,9 @@ Observations run(const StabilityStudy& study, Progress& progress, engine::Cost& 
       }
     }
   }
-  const std::vector<Boundary> found = all_boundaries(study, trials, progress);
+  std::vector<Boundary> found(trials.size());
+  for_all(trials.size(), "runs", progress,
+          [&](std::size_t i) { found[i] = first_failure(study, trials[i]); });
   Record record{
       "boundary",
       "First time step that fails",

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <limits>
 
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
+#include "drivers/for_all.hpp"
 #include "drivers/law_records.hpp"
 #include "engine/read_scene.hpp"
 #include "solid/tension_test.hpp"
@@ -35,26 +35,11 @@ struct TensileStudy {
   std::vector<double> sections;  // n of n x n sections whose modulus is compared
 };
 
-// Calls pull(i) for i < count on all threads; each state is solved on its own, so the results do not depend
-// on how many. The error of the lowest i is rethrown, as it would be without threads.
+// One state per i, each solved on its own.
 template <class Pull>
 std::vector<Pulled> pull_all(std::size_t count, const std::string& phase, Progress& progress, Pull pull) {
   std::vector<Pulled> states(count);
-  std::vector<std::exception_ptr> errors(count);
-  std::size_t done = 0;
-#pragma omp parallel for schedule(dynamic)
-  for (std::size_t i = 0; i < count; ++i) {
-    try {
-      states[i] = pull(i);
-    } catch (...) {
-      errors[i] = std::current_exception();
-    }
-#pragma omp critical
-    progress.show(phase, ++done, count);
-  }
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
+  for_all(count, phase, progress, [&](std::size_t i) { states[i] = pull(i); });
   return states;
 }
 
