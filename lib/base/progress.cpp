@@ -12,6 +12,7 @@ Progress::Progress(std::string label)
     : label_(std::move(label)),
       terminal_(isatty(STDERR_FILENO) == 1),
       phase_start_(Clock::now()),
+      seen_(phase_start_),
       last_(phase_start_) {}
 
 Progress::~Progress() {
@@ -23,8 +24,9 @@ void Progress::show(const std::string& phase, std::size_t done, std::size_t tota
   const Clock::time_point now = Clock::now();
   if (phase != phase_) {
     phase_ = phase;
-    phase_start_ = now;
+    phase_start_ = seen_;  // a phase begins where the one before ended, not with its first finished piece
   }
+  seen_ = now;
   if (now - last_ < std::chrono::milliseconds(200)) return;
   last_ = now;
   shown_ = true;

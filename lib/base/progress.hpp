@@ -24,7 +24,8 @@ class Progress {
   bool terminal_;
   bool shown_ = false;
   Clock::time_point phase_start_;
-  Clock::time_point last_;
+  Clock::time_point seen_;  // last call
+  Clock::time_point last_;  // last line written
 };
 
 }  // namespace veriflex
