@@ -1,0 +1,22 @@
+/// Memory of the machine, and large arrays in it.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+namespace veriflex {
+
+/// What the system can still give without swapping  [bytes].
+double available_memory_bytes();
+
+struct Unmap {
+  std::size_t bytes = 0;
+  void operator()(std::byte* memory) const;
+};
+
+/// Zeroed memory in huge pages where the system has them, at a page's start; pages are placed by the thread
+/// that first writes to them. Throws std::bad_alloc.
+using Pages = std::unique_ptr<std::byte[], Unmap>;
+Pages allocate_pages(std::size_t bytes);
+
+}  // namespace veriflex

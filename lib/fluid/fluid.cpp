@@ -1,0 +1,374 @@
+#include "fluid/fluid.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/memory.hpp"
+#include "fluid/sweep.hpp"
+
+namespace veriflex::fluid {
+
+namespace {
+
+constexpr std::int64_t cache_line = 64;
+
+/// Bytes from one population's array to the next: rows, and padding to an odd number of cache lines, so that
+/// equal places of the fifteen arrays do not fall into the same sets of the caches.
+std::int64_t stride_bytes(const Spec& spec) {
+  const std::int64_t bytes = spec.grid.count() * (spec.storage == Storage::Double ? 8 : 4);
+  const std::int64_t lines = (bytes + cache_line - 1) / cache_line;
+  return (lines | 1) * cache_line;
+}
+
+constexpr std::array<std::int64_t, 3> velocity(int q) {
+  const auto& v = c[static_cast<std::size_t>(q)];
+  return {v[0], v[1], v[2]};
+}
+
+/// A link that a wall or an obstacle cuts. After a step, be it even or odd, what each end sent along the link
+/// stands where the other end will look for it, so the two slots are exchanged. Both sides of a wall are
+/// fluid with a wall of their own: nothing leaks, and no node is treated apart.
+struct CutLink {
+  std::int64_t node, beyond;  // beyond = node + c(q), wrapped
+  int q;                      // of a first-of-pair direction
+};
+
+/// 6 w c.u_wall, what a moving wall adds to the population q that comes back to `node`.
+struct Gain {
+  std::int64_t node;
+  int q;
+  double value;
+};
+
+struct Cuts {
+  std::vector<CutLink> links;  // except those across a wall along x, which the sweep itself turns back
+  std::vector<Gain> gains;
+};
+
+/// The first axis whose wall the link from `at` along c(q) crosses, or -1.
+int crossed_wall(const Spec& spec, const std::array<std::int64_t, 3>& at, int q) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::int64_t to = at[axis] + velocity(q)[axis];
+    if (spec.walls[axis] && (to < 0 || to >= spec.grid.size[axis])) return static_cast<int>(axis);
+  }
+  return -1;
+}
+
+std::int64_t neighbour(const Grid& grid, const std::array<std::int64_t, 3>& at, int q, int sign = 1) {
+  const auto v = velocity(q);
+  return grid.index(grid.wrap(at[0] + sign * v[0], 0), grid.wrap(at[1] + sign * v[1], 1),
+                    grid.wrap(at[2] + sign * v[2], 2));
+}
+
+void cut_links_of(const Spec& spec, const std::vector<bool>& is_obstacle, std::int64_t node, Cuts& cuts) {
+  const auto at = spec.grid.node(node);
+  for (int q = 1; q < Q; ++q) {
+    const std::int64_t beyond = neighbour(spec.grid, at, q);
+    const int axis = crossed_wall(spec, at, q);
+    const bool into_obstacle = !is_obstacle.empty() && is_obstacle[static_cast<std::size_t>(node)] !=
+                                                           is_obstacle[static_cast<std::size_t>(beyond)];
+    if (axis < 0 && !into_obstacle) continue;
+    const bool first_of_pair = q % 2 == 1;
+    if (axis != 0 && first_of_pair) cuts.links.push_back({node, beyond, q});
+    if (axis < 0) continue;
+    const auto a = static_cast<std::size_t>(axis);
+    const Walls& walls = *spec.walls[a];
+    const bool high = velocity(q)[a] > 0;
+    const Vec3& u = high ? walls.high_velocity : walls.low_velocity;
+    const auto back = velocity(opposite(q));
+    const double along = static_cast<double>(back[0]) * u[0] + static_cast<double>(back[1]) * u[1] +
+                         static_cast<double>(back[2]) * u[2];
+    if (along != 0.0) cuts.gains.push_back({node, opposite(q), 6.0 * w(q) * along});
+  }
+}
+
+Cuts cuts_of(const Spec& spec) {
+  Cuts cuts;
+  const Grid& grid = spec.grid;
+  std::vector<bool> is_obstacle;
+  if (!spec.obstacle.empty()) {
+    is_obstacle.resize(static_cast<std::size_t>(grid.count()));
+    for (const std::int64_t node : spec.obstacle) is_obstacle[static_cast<std::size_t>(node)] = true;
+  }
+  std::vector<std::int64_t> near;  // nodes that can have a cut link
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (!spec.walls[axis]) continue;
+    const std::size_t a = axis == 0 ? 1 : 0;
+    const std::size_t b = axis == 2 ? 1 : 2;
+    for (std::int64_t j = 0; j < grid.size[b]; ++j) {
+      for (std::int64_t i = 0; i < grid.size[a]; ++i) {
+        std::array<std::int64_t, 3> at{};
+        at[a] = i;
+        at[b] = j;
+        near.push_back(grid.index(at[0], at[1], at[2]));
+        at[axis] = grid.size[axis] - 1;
+        near.push_back(grid.index(at[0], at[1], at[2]));
+      }
+    }
+  }
+  for (const std::int64_t node : spec.obstacle) {
+    near.push_back(node);
+    for (int q = 1; q < Q; ++q) near.push_back(neighbour(grid, grid.node(node), q));
+  }
+  std::sort(near.begin(), near.end());
+  near.erase(std::unique(near.begin(), near.end()), near.end());
+  for (const std::int64_t node : near) cut_links_of(spec, is_obstacle, node, cuts);
+  return cuts;
+}
+
+template <class Real>
+class FluidOf final : public Fluid {
+ public:
+  explicit FluidOf(const Spec& wanted)
+      : Fluid(wanted), pages_(allocate_pages(static_cast<std::size_t>(memory_bytes(wanted)))) {
+    const Grid& grid = spec_.grid;
+    for (int q = 0; q < Q; ++q) {
+      lattice_.slots[q] = reinterpret_cast<Real*>(pages_.get() + q * stride_bytes(spec_));
+    }
+    lattice_.nx = grid.size[0];
+    lattice_.ny = grid.size[1];
+    lattice_.nz = grid.size[2];
+    lattice_.lanes = lanes_for<Real>(grid.size[0]);
+    lattice_.law = {static_cast<Real>(1.0 / spec_.relaxation_time), {}};
+    for (int axis = 0; axis < 3; ++axis) lattice_.law.g[axis] = static_cast<Real>(spec_.body_force[axis]);
+    lattice_.forcing = spec_.body_force.isZero(0.0)         ? Forcing::None
+                       : spec_.scheme == Scheme::FirstOrder ? Forcing::FirstOrder
+                                                            : Forcing::Guo;
+    lattice_.closed_x = spec_.walls[0].has_value();
+    for (std::int64_t x = 0; x < grid.size[0]; ++x) place_.push_back(lattice_.place(x));
+    const Cuts cuts = cuts_of(spec_);
+    gains_ = cuts.gains;
+    for (const CutLink& link : cuts.links) {
+      links_.push_back({slot(opposite(link.q), link.node) - base(), slot(link.q, link.beyond) - base()});
+    }
+    start([](std::int64_t) { return Populations{}; });
+  }
+
+  void start(const std::function<Populations(std::int64_t)>& at) override {
+    steps_ = 0;
+    const Grid& grid = spec_.grid;
+#pragma omp parallel for
+    for (std::int64_t z = 0; z < grid.size[2]; ++z) {
+      for (std::int64_t y = 0; y < grid.size[1]; ++y) {
+        for (std::int64_t x = 0; x < grid.size[0]; ++x) {
+          const std::int64_t node = grid.index(x, y, z);
+          const Populations h = at(node);
+          for (int q = 0; q < Q; ++q) *slot(q, node) = static_cast<Real>(h[static_cast<std::size_t>(q)]);
+        }
+      }
+    }
+  }
+
+  void collide_and_stream(const NodeForces& forces) override {
+    sweep(lattice_, odd());
+    add(forces);
+    ++steps_;
+    const auto links = static_cast<std::int64_t>(links_.size());
+#pragma omp parallel for schedule(static) if (links > 1000)
+    for (std::int64_t i = 0; i < links; ++i) {
+      const SlotPair& pair = links_[static_cast<std::size_t>(i)];
+      std::swap(*(base() + pair.first), *(base() + pair.second));
+    }
+    for (const Gain& gain : gains_) *arriving(gain.q, gain.node) += static_cast<Real>(gain.value);
+  }
+
+  void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
+    const auto count = static_cast<std::int64_t>(nodes.size());
+#pragma omp parallel for schedule(static)
+    for (std::int64_t i = 0; i < count; ++i) {
+      h[static_cast<std::size_t>(i)] = arriving(nodes[static_cast<std::size_t>(i)]);
+    }
+  }
+
+  void velocities(std::span<const std::int64_t> nodes, Positions& u) const override {
+    const auto count = static_cast<std::int64_t>(nodes.size());
+    u.resize(count, 3);
+#pragma omp parallel for schedule(static)
+    for (std::int64_t i = 0; i < count; ++i) {
+      const Populations h = arriving(nodes[static_cast<std::size_t>(i)]);
+      u.row(i) = momentum(h).transpose() / (1.0 + density_deviation(h));
+    }
+  }
+
+  Totals totals() const override {
+    const Grid& grid = spec_.grid;
+    std::vector<bool> is_obstacle(spec_.obstacle.empty() ? 0 : static_cast<std::size_t>(grid.count()));
+    for (const std::int64_t node : spec_.obstacle) is_obstacle[static_cast<std::size_t>(node)] = true;
+    std::vector<Totals> planes(static_cast<std::size_t>(grid.size[2]),
+                               Totals{0.0, Vec3::Zero(), Vec3::Zero()});
+#pragma omp parallel for schedule(static)
+    for (std::int64_t z = 0; z < grid.size[2]; ++z) {
+      Totals& sum = planes[static_cast<std::size_t>(z)];
+      for (std::int64_t node = grid.index(0, 0, z); node < grid.index(0, 0, z + 1); ++node) {
+        if (!is_obstacle.empty() && is_obstacle[static_cast<std::size_t>(node)]) continue;
+        const Populations h = arriving(node);
+        const auto [x, y, ignored] = grid.node(node);
+        const Vec3 j = momentum(h);
+        sum.mass_deviation += density_deviation(h);
+        sum.momentum += j;
+        sum.staggered_momentum += (x + y + z + steps_) % 2 == 0 ? j : Vec3(-j);
+      }
+    }
+    Totals total{0.0, Vec3::Zero(), Vec3::Zero()};
+    for (const Totals& sum : planes) {
+      total.mass_deviation += sum.mass_deviation;
+      total.momentum += sum.momentum;
+      total.staggered_momentum += sum.staggered_momentum;
+    }
+    return total;
+  }
+
+  Extremes extremes() const override {
+    const Grid& grid = spec_.grid;
+    std::vector<Extremes> planes(static_cast<std::size_t>(grid.size[2]));
+#pragma omp parallel for schedule(static)
+    for (std::int64_t z = 0; z < grid.size[2]; ++z) {
+      const std::int64_t from = grid.index(0, 0, z);
+      Extremes worst{INFINITY, from, 0.0, from};
+      for (std::int64_t node = from; node < grid.index(0, 0, z + 1); ++node) {
+        const Populations h = arriving(node);
+        const double rho = 1.0 + density_deviation(h);
+        worse(worst, {rho, node, momentum(h).norm() / rho, node});
+      }
+      planes[static_cast<std::size_t>(z)] = worst;
+    }
+    Extremes worst = planes.front();
+    for (const Extremes& plane : planes) worse(worst, plane);
+    return worst;
+  }
+
+ private:
+  struct SlotPair {
+    std::int64_t first, second;  // from base()
+  };
+
+  bool odd() const { return steps_ % 2 == 1; }
+  Real* base() const { return lattice_.slots[0]; }
+
+  Real* slot(int q, std::int64_t node) const {
+    const std::int64_t x = node % lattice_.nx;
+    return lattice_.slots[q] + (node - x) + place_[static_cast<std::size_t>(x)];
+  }
+
+  /// Where population q of this node stands before the step to come.
+  Real* arriving(int q, std::int64_t node) const {
+    if (!odd()) return slot(q, node);
+    const auto at = spec_.grid.node(node);
+    const std::int64_t from = at[0] - velocity(q)[0];
+    if (lattice_.closed_x && (from < 0 || from >= lattice_.nx)) return slot(q, node);
+    return slot(opposite(q), neighbour(spec_.grid, at, q, -1));
+  }
+
+  Populations arriving(std::int64_t node) const {
+    Populations h;
+    for (int q = 0; q < Q; ++q) h[static_cast<std::size_t>(q)] = static_cast<double>(*arriving(q, node));
+    return h;
+  }
+
+  static void worse(Extremes& worst, const Extremes& other) {
+    if (!(other.least_density >= worst.least_density)) {
+      worst.least_density = other.least_density;
+      worst.least_density_node = other.least_density_node;
+    }
+    if (!(other.greatest_speed <= worst.greatest_speed) && !std::isnan(worst.greatest_speed)) {
+      worst.greatest_speed = other.greatest_speed;
+      worst.greatest_speed_node = other.greatest_speed_node;
+    }
+  }
+
+  /// Between the sweep and the exchange of cut links, a population that left `node` along q stands where its
+  /// target would find it without walls.
+  void add(const NodeForces& forces) {
+    const auto count = static_cast<std::int64_t>(forces.nodes.size());
+    // A slot is reached from one node only: threads do not meet.
+#pragma omp parallel for schedule(static) if (count > 1000)
+    for (std::int64_t i = 0; i < count; ++i) {
+      const std::int64_t node = forces.nodes[static_cast<std::size_t>(i)];
+      const auto at = spec_.grid.node(node);
+      const Vec3 g = forces.force->row(i);
+      for (int q = 1; q < Q; ++q) {
+        const auto v = velocity(q);
+        const double kick = 3.0 * w(q) *
+                            (g[0] * static_cast<double>(v[0]) + g[1] * static_cast<double>(v[1]) +
+                             g[2] * static_cast<double>(v[2]));
+        const std::int64_t to = at[0] + v[0];
+        const bool turned = lattice_.closed_x && (to < 0 || to >= lattice_.nx);
+        Real* const target =
+            !odd() || turned ? slot(opposite(q), node) : slot(q, neighbour(spec_.grid, at, q));
+        *target += static_cast<Real>(kick);
+      }
+    }
+  }
+
+  Pages pages_;
+  Lattice<Real> lattice_{};
+  std::vector<std::int64_t> place_;  // of x in its row
+  std::vector<SlotPair> links_;
+  std::vector<Gain> gains_;
+};
+
+}  // namespace
+
+Populations equilibrium(double rho, const Vec3& u) {
+  Populations h;
+  for (int q = 0; q < Q; ++q) {
+    const auto v = velocity(q);
+    const double cu = static_cast<double>(v[0]) * u[0] + static_cast<double>(v[1]) * u[1] +
+                      static_cast<double>(v[2]) * u[2];
+    h[static_cast<std::size_t>(q)] =
+        w(q) * ((rho - 1.0) + rho * (3.0 * cu + 4.5 * cu * cu - 1.5 * u.squaredNorm()));
+  }
+  return h;
+}
+
+double density_deviation(const Populations& h) {
+  double sum = h[0];
+  for (std::size_t q = 1; q < Q; q += 2) sum += h[q] + h[q + 1];
+  return sum;
+}
+
+Vec3 momentum(const Populations& h) {
+  Vec3 j = Vec3::Zero();
+  for (std::size_t q = 1; q < Q; q += 2) {
+    const double along = h[q] - h[q + 1];
+    for (int axis = 0; axis < 3; ++axis) j[axis] += along * c[q][static_cast<std::size_t>(axis)];
+  }
+  return j;
+}
+
+Mat3 viscous_stress(const Populations& h, double relaxation_time) {
+  const double rho = 1.0 + density_deviation(h);
+  const Populations rest = equilibrium(rho, momentum(h) / rho);
+  Mat3 sum = Mat3::Zero();
+  for (std::size_t q = 1; q < Q; ++q) {
+    const Vec3 v(c[q][0], c[q][1], c[q][2]);
+    sum += (h[q] - rest[q]) * v * v.transpose();
+  }
+  return -(1.0 - 0.5 / relaxation_time) * sum;
+}
+
+double memory_bytes(const Spec& spec) {
+  return static_cast<double>(Q) * static_cast<double>(stride_bytes(spec));
+}
+
+std::unique_ptr<Fluid> make_fluid(const Spec& spec) {
+  if (!(spec.relaxation_time > 0.5)) {
+    throw BadParameter("relaxation_time", fmt::format("'relaxation_time' is {}", spec.relaxation_time),
+                       "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5, for example 1.0");
+  }
+  const double needed = memory_bytes(spec);
+  const double available = available_memory_bytes();
+  if (needed > available) {
+    throw BadParameter("nodes", "the box does not fit into memory",
+                       fmt::format("its populations take {:.3g} GB, {:.3g} GB are available", needed * 1e-9,
+                                   available * 1e-9),
+                       "Use fewer nodes, or storage = \"float\" for half of it");
+  }
+  if (spec.storage == Storage::Double) return std::make_unique<FluidOf<double>>(spec);
+  return std::make_unique<FluidOf<float>>(spec);
+}
+
+}  // namespace veriflex::fluid

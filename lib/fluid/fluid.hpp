@@ -1,0 +1,121 @@
+/// The fluid: D3Q15 BGK in a box, periodic or between walls, with obstacles and forces.     [wu-qi-2014,
+/// Sec. 2.1]
+///
+/// A module as seen from outside: what is asked for in a Spec, and a handful of calls per step. The loops
+/// behind it are compiled for each storage, force scheme and kind of wall; what a scene does not have costs
+/// nothing.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "base/grid.hpp"
+#include "base/vec.hpp"
+#include "fluid/lattice.hpp"
+
+namespace veriflex::fluid {
+
+/// What a population is stored and computed in.
+enum class Storage { Double, Float };
+
+/// How the body force enters, see collide.hpp. Forces at single nodes are always of first order.
+enum class Scheme { FirstOrder, Guo };
+
+/// Half-way bounce-back walls at both ends of an axis: half a spacing outside the first and the last node. A
+/// wall may move; only its motion along itself is meant. Where two walls meet, the link across both belongs
+/// to the earlier axis.
+struct Walls {
+  Vec3 low_velocity = Vec3::Zero();   // [L T^-1]
+  Vec3 high_velocity = Vec3::Zero();  // [L T^-1]
+};
+
+struct Spec {
+  Grid grid;
+  double relaxation_time;  // tau, more than 1/2  [T]
+  Storage storage = Storage::Double;
+  Vec3 body_force = Vec3::Zero();  // per volume  [M L^-2 T^-2]
+  Scheme scheme = Scheme::FirstOrder;
+  std::array<std::optional<Walls>, 3> walls{};  // absent: periodic
+  std::vector<std::int64_t> obstacle{};  // nodes inside of solid voxels, half-way bounce-back around them
+};
+
+/// The deviations f - w of one node.
+using Populations = std::array<double, Q>;
+
+/// Local equilibrium at density rho and velocity u, as deviations.                         [wu-qi-2014, Eq.
+/// 3]
+Populations equilibrium(double rho, const Vec3& u);
+
+/// rho - 1, in the order in which a collision adds up.
+double density_deviation(const Populations& h);
+
+/// sum f c  [M L^-2 T^-1]
+Vec3 momentum(const Populations& h);
+
+/// Deviatoric and bulk viscous stress, -(1 - 1/(2 tau)) sum (f - f_eq) c c  [M L^-1 T^-2]. Without a force in
+/// f_eq.
+Mat3 viscous_stress(const Populations& h, double relaxation_time);
+
+/// Forces at single nodes for one step; a node stands in the list once.
+struct NodeForces {
+  std::span<const std::int64_t> nodes;
+  const Positions* force;  // one row per node  [M L^-2 T^-2]
+};
+
+/// Sums over all nodes outside of the obstacle.
+struct Totals {
+  double mass_deviation;    // sum (rho - 1)  [M]
+  Vec3 momentum;            // [M L T^-1]
+  Vec3 staggered_momentum;  // sum (-1)^(x+y+z+t) rho u: conserved by D3Q15 too, and should stay small
+};
+
+/// The worst nodes; obstacle nodes included, which are at rest.
+struct Extremes {
+  double least_density;
+  std::int64_t least_density_node;
+  double greatest_speed;  // of sum f c / rho; not a number as soon as any node is not  [L T^-1]
+  std::int64_t greatest_speed_node;
+};
+
+class Fluid {
+ public:
+  explicit Fluid(Spec spec) : spec_(std::move(spec)) {}
+  Fluid(const Fluid&) = delete;
+  Fluid& operator=(const Fluid&) = delete;
+  virtual ~Fluid() = default;
+
+  const Spec& spec() const { return spec_; }
+  std::int64_t steps() const { return steps_; }
+
+  /// Starts at step 0 from the deviations that `at` gives for each node; `at` is called by several threads.
+  virtual void start(const std::function<Populations(std::int64_t node)>& at) = 0;
+
+  /// One step. Throws nothing: see extremes().
+  virtual void collide_and_stream(const NodeForces& forces = {}) = 0;
+
+  /// Populations of some nodes before the next collision.
+  virtual void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const = 0;
+
+  /// Velocity sum f c / rho of some nodes, one row each, before the next collision  [L T^-1].
+  virtual void velocities(std::span<const std::int64_t> nodes, Positions& u) const = 0;
+
+  /// Sums whose last bits do not depend on the number of threads.
+  virtual Totals totals() const = 0;
+  virtual Extremes extremes() const = 0;
+
+ protected:
+  Spec spec_;
+  std::int64_t steps_ = 0;
+};
+
+/// Memory of the populations  [bytes].
+double memory_bytes(const Spec& spec);
+
+/// A fluid at rest. Throws BadParameter ("relaxation_time", "nodes").
+std::unique_ptr<Fluid> make_fluid(const Spec& spec);
+
+}  // namespace veriflex::fluid

@@ -1,0 +1,46 @@
+/// The hot loop: one fused collide-and-stream sweep over the whole lattice, in place.
+///
+/// One lattice, structure of arrays, AA pattern [bailey-2009]: an even step leaves each post-collision
+/// population in the opposite slot of its own node; an odd step takes it from there, collides, and puts the
+/// result where the next even step looks for it. Both are the same row of nodes with other row pointers, and
+/// each slot is touched by one node a step, so that threads need not wait for each other.
+///
+/// A row (along x) holds node x = lane * n + i in lane `lane` of vector i, n = nx/lanes: a shift by one node
+/// is the neighbouring vector, and only a row's ends turn the lanes, which is the periodic wrap.
+#pragma once
+
+#include <cstdint>
+
+#include "fluid/collide.hpp"
+
+namespace veriflex::fluid {
+
+enum class Forcing { None, FirstOrder, Guo };
+
+/// What a sweep works on. Plain data, so that the loops can be compiled for the machine at hand on their own.
+template <class Real>
+struct Lattice {
+  Real* slots[Q];  // one array per population, rows one after the other
+  std::int64_t nx, ny, nz;
+  int lanes;  // divides nx
+  Collision<Real> law;
+  Forcing forcing;
+  bool closed_x;  // walls at both ends of every row
+
+  /// Place of node x in its row.
+  std::int64_t place(std::int64_t x) const {
+    const std::int64_t n = nx / lanes;
+    return x % n * lanes + x / n;
+  }
+  std::int64_t row(std::int64_t y, std::int64_t z) const { return nx * (y + ny * z); }
+};
+
+/// The most lanes that the machine has and nx can be divided into.
+template <class Real>
+int lanes_for(std::int64_t nx);
+
+/// One step of all nodes. `odd`: the step's parity. Subnormal numbers are taken as zero.
+template <class Real>
+void sweep(const Lattice<Real>& lattice, bool odd);
+
+}  // namespace veriflex::fluid

@@ -1,0 +1,206 @@
+#include "fluid/fluid.hpp"
+
+#include <omp.h>
+
+#include <cmath>
+#include <numeric>
+#include <random>
+
+#include "base/error.hpp"
+#include "catch.hpp"
+#include "plain_fluid.hpp"
+
+using namespace veriflex;
+using namespace veriflex::fluid;
+
+namespace {
+
+std::vector<std::int64_t> all_nodes(const Spec& spec) {
+  std::vector<std::int64_t> nodes(static_cast<std::size_t>(spec.grid.count()));
+  std::iota(nodes.begin(), nodes.end(), 0);
+  return nodes;
+}
+
+std::vector<Populations> populations_of(const Fluid& fluid) {
+  const std::vector<std::int64_t> nodes = all_nodes(fluid.spec());
+  std::vector<Populations> h(nodes.size());
+  fluid.populations(nodes, h);
+  return h;
+}
+
+/// A different state at every node, of the size of weak flow, out of equilibrium.
+std::function<Populations(std::int64_t)> disorder(double amplitude) {
+  return [amplitude](std::int64_t node) {
+    std::mt19937 random(static_cast<unsigned>(node) + 7U);
+    std::uniform_real_distribution<double> noise(-amplitude, amplitude);
+    Populations h;
+    for (int q = 0; q < Q; ++q) h[static_cast<std::size_t>(q)] = w(q) * noise(random);
+    return h;
+  };
+}
+
+/// The largest difference to the textbook over eight steps with a force at some nodes.
+double departure_from_plain(const Spec& spec) {
+  const std::unique_ptr<Fluid> fast = make_fluid(spec);
+  PlainFluid plain(spec, disorder(0.1));
+  fast->start(disorder(0.1));
+  std::vector<std::int64_t> pushed;
+  for (std::int64_t node = 0; node < spec.grid.count(); node += 5) pushed.push_back(node);
+  Positions push(static_cast<Eigen::Index>(pushed.size()), 3);
+  std::vector<Vec3> force(static_cast<std::size_t>(spec.grid.count()), Vec3::Zero());
+  for (std::size_t i = 0; i < pushed.size(); ++i) {
+    const Vec3 g =
+        0.001 * Vec3(std::sin(3.0 * static_cast<double>(i)), 0.5, std::cos(static_cast<double>(i)));
+    push.row(static_cast<Eigen::Index>(i)) = g;
+    force[static_cast<std::size_t>(pushed[i])] = g;
+  }
+  double worst = 0.0;
+  for (int step = 0; step < 8; ++step) {
+    fast->collide_and_stream({pushed, &push});
+    plain.step(force);
+    const std::vector<Populations> h = populations_of(*fast);
+    for (std::size_t node = 0; node < h.size(); ++node) {
+      const Populations expected = plain.populations(static_cast<std::int64_t>(node));
+      for (std::size_t q = 0; q < Q; ++q) {
+        const double error = std::abs(h[node][q] - expected[q]);
+        worst = error <= worst ? worst : error;  // keeps what is not a number
+      }
+    }
+  }
+  return worst;
+}
+
+Spec box(std::int64_t x, std::int64_t y, std::int64_t z) {
+  return {.grid = {{x, y, z}}, .relaxation_time = 0.8};
+}
+
+Walls sliding() { return {.low_velocity = {0.01, -0.02, 0.03}, .high_velocity = {-0.03, 0.01, 0.02}}; }
+
+}  // namespace
+
+TEST_CASE("The sweep is the textbook's collide and stream, whatever divides the row into lanes") {
+  for (const std::int64_t nx : {1, 2, 3, 8, 12, 16, 32, 48}) {
+    CAPTURE(nx);
+    CHECK(departure_from_plain(box(nx, 5, 6)) < 1e-15);
+  }
+  CHECK(departure_from_plain(box(16, 1, 1)) < 1e-15);
+  CHECK(departure_from_plain(box(8, 4, 1)) < 1e-15);
+  Spec single = box(16, 4, 5);
+  single.storage = Storage::Float;
+  CHECK(departure_from_plain(single) < 1e-7);
+}
+
+TEST_CASE("Walls on any faces, at rest or sliding, are half-way bounce-back") {
+  for (int closed = 1; closed < 8; ++closed) {
+    for (const std::int64_t nx : {6, 8, 16}) {
+      for (const bool moves : {false, true}) {
+        Spec spec = box(nx, 4, 5);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          if ((closed >> axis & 1) != 0) spec.walls[axis] = moves ? sliding() : Walls{};
+        }
+        CAPTURE(closed, nx, moves);
+        CHECK(departure_from_plain(spec) < 1e-15);
+      }
+    }
+  }
+}
+
+TEST_CASE("Obstacles turn populations back, beside walls too") {
+  Spec spec = box(8, 6, 7);
+  for (const std::int64_t z : {2, 3}) {
+    for (const std::int64_t y : {0, 1, 3}) {
+      for (const std::int64_t x : {0, 1, 4}) spec.obstacle.push_back(spec.grid.index(x, y, z));
+    }
+  }
+  CHECK(departure_from_plain(spec) < 1e-15);
+  spec.walls[0] = Walls{};
+  spec.walls[1] = Walls{};
+  CHECK(departure_from_plain(spec) < 1e-15);
+}
+
+TEST_CASE("Both force schemes are the textbook's") {
+  for (const Scheme scheme : {Scheme::FirstOrder, Scheme::Guo}) {
+    Spec spec = box(8, 4, 5);
+    spec.body_force = {1e-3, -2e-3, 5e-4};
+    spec.scheme = scheme;
+    CHECK(departure_from_plain(spec) < 1e-15);
+    spec.walls[2] = Walls{};
+    CHECK(departure_from_plain(spec) < 1e-15);
+  }
+}
+
+TEST_CASE("Any number of threads gives the same populations bit for bit") {
+  const int threads = omp_get_max_threads();
+  for (const bool closed : {false, true}) {
+    Spec spec = box(16, 5, 7);
+    spec.body_force = {1e-3, 0.0, 0.0};
+    if (closed) spec.walls[0] = sliding();
+    std::vector<std::vector<Populations>> results;
+    for (const int n : {1, 2, 3}) {
+      omp_set_num_threads(n);
+      const std::unique_ptr<Fluid> fluid = make_fluid(spec);
+      fluid->start(disorder(0.1));
+      for (int step = 0; step < 5; ++step) fluid->collide_and_stream();
+      results.push_back(populations_of(*fluid));
+    }
+    omp_set_num_threads(threads);
+    CHECK(results[1] == results[0]);
+    CHECK(results[2] == results[0]);
+  }
+}
+
+TEST_CASE("Mass and momentum stay to round-off, and a uniform force adds exactly itself") {
+  Spec spec = box(16, 8, 8);
+  spec.body_force = {1e-5, 2e-5, -3e-5};
+  for (const Scheme scheme : {Scheme::FirstOrder, Scheme::Guo}) {
+    spec.scheme = scheme;
+    const std::unique_ptr<Fluid> fluid = make_fluid(spec);
+    fluid->start(disorder(0.01));
+    const Totals before = fluid->totals();
+    for (int step = 0; step < 100; ++step) fluid->collide_and_stream();
+    const Totals after = fluid->totals();
+    const auto volume = static_cast<double>(spec.grid.count());
+    CHECK(std::abs(after.mass_deviation - before.mass_deviation) < 1e-14 * volume);
+    CHECK((after.momentum - before.momentum - 100.0 * volume * spec.body_force).norm() < 1e-14 * volume);
+  }
+}
+
+TEST_CASE("The staggered momentum of D3Q15 is conserved where nothing pushes") {
+  const std::unique_ptr<Fluid> fluid = make_fluid(box(8, 6, 4));
+  fluid->start(disorder(0.1));
+  const Vec3 before = fluid->totals().staggered_momentum;
+  CHECK(before.norm() > 0.01);
+  for (int step = 0; step < 101; ++step) fluid->collide_and_stream();
+  CHECK((fluid->totals().staggered_momentum - before).norm() < 1e-12);
+}
+
+TEST_CASE("The equilibrium has the density and the momentum that it was asked for, and no viscous stress") {
+  const Vec3 u(0.03, -0.02, 0.05);
+  const Populations h = equilibrium(1.1, u);
+  CHECK(density_deviation(h) == Approx(0.1).epsilon(1e-14));
+  CHECK((momentum(h) - 1.1 * u).norm() < 1e-16);
+  CHECK(viscous_stress(h, 0.8).norm() < 1e-16);
+}
+
+TEST_CASE("Extremes name the node, and what is not a number is the greatest of all") {
+  const std::unique_ptr<Fluid> fluid = make_fluid(box(8, 4, 4));
+  fluid->start([](std::int64_t node) {
+    return equilibrium(node == 37 ? 0.9 : 1.0, {node == 90 ? 0.2 : 0.0, 0.0, 0.0});
+  });
+  Extremes worst = fluid->extremes();
+  CHECK(worst.least_density == Approx(0.9));
+  CHECK(worst.least_density_node == 37);
+  CHECK(worst.greatest_speed == Approx(0.2));
+  CHECK(worst.greatest_speed_node == 90);
+  fluid->start([](std::int64_t node) { return equilibrium(node == 5 ? NAN : 1.0, Vec3::Zero()); });
+  worst = fluid->extremes();
+  CHECK(std::isnan(worst.greatest_speed));
+  CHECK(worst.greatest_speed_node == 5);
+}
+
+TEST_CASE("A fluid without viscosity and a box beyond the memory are refused by name") {
+  Spec spec = box(4, 4, 4);
+  spec.relaxation_time = 0.5;
+  CHECK_THROWS_WITH(make_fluid(spec), ContainsSubstring("'relaxation_time' is 0.5"));
+  CHECK_THROWS_WITH(make_fluid(box(100000, 100000, 1000)), ContainsSubstring("GB are available"));
+}

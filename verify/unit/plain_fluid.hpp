@@ -1,0 +1,102 @@
+/// The fluid as a textbook writes it: two lattices, populations f themselves, one node after the other, no
+/// care for speed. What the fast loops are compared with.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "fluid/fluid.hpp"
+
+namespace veriflex::fluid {
+
+class PlainFluid {
+ public:
+  PlainFluid(const Spec& spec, const std::function<Populations(std::int64_t)>& start)
+      : spec_(spec),
+        now_(static_cast<std::size_t>(spec.grid.count())),
+        next_(now_.size()),
+        solid_(now_.size()) {
+    for (const std::int64_t node : spec.obstacle) solid_[static_cast<std::size_t>(node)] = true;
+    for (std::size_t node = 0; node < now_.size(); ++node) {
+      now_[node] = start(static_cast<std::int64_t>(node));
+      for (int q = 0; q < Q; ++q) now_[node][static_cast<std::size_t>(q)] += w(q);
+    }
+  }
+
+  void step(const std::vector<Vec3>& nodal_force) {
+    for (std::size_t node = 0; node < now_.size(); ++node) {
+      const Populations after = collided(now_[node], nodal_force[node]);
+      for (int q = 0; q < Q; ++q)
+        stream(static_cast<std::int64_t>(node), q, after[static_cast<std::size_t>(q)]);
+    }
+    std::swap(now_, next_);
+  }
+
+  /// Deviations, as the fast fluid gives them.
+  Populations populations(std::int64_t node) const {
+    Populations h = now_[static_cast<std::size_t>(node)];
+    for (int q = 0; q < Q; ++q) h[static_cast<std::size_t>(q)] -= w(q);
+    return h;
+  }
+
+ private:
+  static Vec3 velocity(int q) {
+    const auto& v = c[static_cast<std::size_t>(q)];
+    return {static_cast<double>(v[0]), static_cast<double>(v[1]), static_cast<double>(v[2])};
+  }
+
+  Populations collided(const Populations& f, const Vec3& nodal_force) const {
+    double rho = 0.0;
+    Vec3 j = Vec3::Zero();
+    for (int q = 0; q < Q; ++q) {
+      rho += f[static_cast<std::size_t>(q)];
+      j += f[static_cast<std::size_t>(q)] * velocity(q);
+    }
+    const double omega = 1.0 / spec_.relaxation_time;
+    const Vec3& g = spec_.body_force;
+    const bool guo = spec_.scheme == Scheme::Guo;
+    const Vec3 u = (guo ? Vec3(j + 0.5 * g) : j) / rho;
+    Populations after;
+    for (int q = 0; q < Q; ++q) {
+      const Vec3 v = velocity(q);
+      const double cu = v.dot(u);
+      const double rest = w(q) * rho * (1.0 + 3.0 * cu + 4.5 * cu * cu - 1.5 * u.dot(u));
+      const double source =
+          guo ? (1.0 - 0.5 * omega) * w(q) * (3.0 * (v - u) + 9.0 * cu * v).dot(g) : 3.0 * w(q) * v.dot(g);
+      const double value = f[static_cast<std::size_t>(q)];
+      after[static_cast<std::size_t>(q)] =
+          value - omega * (value - rest) + source + 3.0 * w(q) * v.dot(nodal_force);
+    }
+    return after;
+  }
+
+  void stream(std::int64_t node, int q, double value) {
+    const auto at = spec_.grid.node(node);
+    const auto& v = c[static_cast<std::size_t>(q)];
+    std::array<std::int64_t, 3> to{};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      to[axis] = at[axis] + v[axis];
+      const bool beyond = to[axis] < 0 || to[axis] >= spec_.grid.size[axis];
+      if (beyond && spec_.walls[axis]) {
+        const Walls& walls = *spec_.walls[axis];
+        const Vec3& moving = v[axis] > 0 ? walls.high_velocity : walls.low_velocity;
+        next_[static_cast<std::size_t>(node)][static_cast<std::size_t>(opposite(q))] =
+            value - 6.0 * w(q) * velocity(q).dot(moving);
+        return;
+      }
+      to[axis] = (to[axis] + spec_.grid.size[axis]) % spec_.grid.size[axis];
+    }
+    const auto target = static_cast<std::size_t>(spec_.grid.index(to[0], to[1], to[2]));
+    if (solid_[target] != solid_[static_cast<std::size_t>(node)]) {
+      next_[static_cast<std::size_t>(node)][static_cast<std::size_t>(opposite(q))] = value;
+    } else {
+      next_[target][static_cast<std::size_t>(q)] = value;
+    }
+  }
+
+  Spec spec_;
+  std::vector<Populations> now_, next_;
+  std::vector<bool> solid_;
+};
+
+}  // namespace veriflex::fluid
