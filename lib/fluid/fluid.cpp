@@ -354,19 +354,24 @@ double memory_bytes(const Spec& spec) {
   return static_cast<double>(Q) * static_cast<double>(stride_bytes(spec));
 }
 
-std::unique_ptr<Fluid> make_fluid(const Spec& spec) {
-  if (!(spec.relaxation_time > 0.5)) {
-    throw BadParameter("relaxation_time", fmt::format("'relaxation_time' is {}", spec.relaxation_time),
-                       "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5, for example 1.0");
-  }
+void require_memory(const Spec& spec) {
   const double needed = memory_bytes(spec);
   const double available = available_memory_bytes();
-  if (needed > available) {
-    throw BadParameter("nodes", "the box does not fit into memory",
-                       fmt::format("its populations take {:.3g} GB, {:.3g} GB are available", needed * 1e-9,
-                                   available * 1e-9),
-                       "Use fewer nodes, or storage = \"float\" for half of it");
+  if (needed <= available) return;
+  const auto [nx, ny, nz] = spec.grid.size;
+  throw BadParameter(
+      "fluid.nodes", fmt::format("a box of {} x {} x {} nodes does not fit into memory", nx, ny, nz),
+      fmt::format("its populations take {:.3g} GB, {:.3g} GB are available", needed * 1e-9, available * 1e-9),
+      spec.storage == Storage::Double ? "Use fewer nodes, or storage = \"float\" for half of it"
+                                      : "Use fewer nodes");
+}
+
+std::unique_ptr<Fluid> make_fluid(const Spec& spec) {
+  if (!(spec.relaxation_time > 0.5)) {
+    throw BadParameter("fluid.relaxation_time", fmt::format("'relaxation_time' is {}", spec.relaxation_time),
+                       "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5, for example 1.0");
   }
+  require_memory(spec);
   if (spec.storage == Storage::Double) return std::make_unique<FluidOf<double>>(spec);
   return std::make_unique<FluidOf<float>>(spec);
 }

@@ -115,7 +115,10 @@ class Fluid {
 /// Memory of the populations  [bytes].
 double memory_bytes(const Spec& spec);
 
-/// A fluid at rest. Throws BadParameter ("relaxation_time", "nodes").
+/// Throws BadParameter ("fluid.nodes") when the populations do not fit into the memory that is available now.
+void require_memory(const Spec& spec);
+
+/// A fluid at rest. Throws BadParameter ("fluid.relaxation_time", "fluid.nodes").
 std::unique_ptr<Fluid> make_fluid(const Spec& spec);
 
 }  // namespace veriflex::fluid

@@ -1,20 +1,16 @@
 #include "scene/plan.hpp"
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <numbers>
 
 #include "base/error.hpp"
+#include "base/memory.hpp"
 
 namespace veriflex::scene {
 
 namespace {
-
-double free_memory_bytes() {
-  return static_cast<double>(sysconf(_SC_AVPHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE));
-}
 
 std::string describe(const bond::AnyLaw& law) {
   std::string text = bond::name_of(law) + ":";
@@ -51,17 +47,17 @@ void plan_solid(const SolidSpec& spec, const Scene& scene, Plan& plan) {
   const double factor = size.nodes * 9.0 * std::min(size.section, 4096.0) * 12.0;
   const double solver =
       scene.moves ? size.nodes * 24.0 : (size.bonds * 36.0 + angle_count * 144.0) * 32.0 + factor;
-  const double available = free_memory_bytes();
+  const double available = available_memory_bytes();
   if (network + state + solver > available || size.nodes * 3.0 > 2147483647.0) {
     throw BadParameter(
-        "nodes", fmt::format("{} nodes are too many", size.shape),
-        fmt::format("the solution would take about {:.3g} GB, {:.3g} GB are free; indices end at "
+        "solid.nodes", fmt::format("{} nodes are too many", size.shape),
+        fmt::format("the solution would take about {:.3g} GB, {:.3g} GB are available; indices end at "
                     "715827882 nodes",
                     (network + state + solver) * 1e-9, available * 1e-9),
         "Use fewer nodes");
   }
   plan.built.push_back(
-      {"solid", fmt::format("{} nodes, nearest-neighbour bonds ({})", size.shape, bond::name_of(scene.law)),
+      {"solid", fmt::format("{} nodes, nearest-neighbour bonds ({})", size.shape, bond::name_of(*scene.law)),
        network + state});
   if (angles) {
     plan.built.push_back(
@@ -76,17 +72,61 @@ void plan_solid(const SolidSpec& spec, const Scene& scene, Plan& plan) {
   if (!scene.moves) plan.left_out.push_back({"velocities", "a static study needs none"});
 }
 
+std::string describe_walls(const fluid::Spec& spec) {
+  std::string closed;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (spec.walls[axis])
+      closed += closed.empty() ? fmt::format("{}", "xyz"[axis]) : fmt::format(", {}", "xyz"[axis]);
+  }
+  return closed;
+}
+
+void plan_fluid(const fluid::Spec& spec, Plan& plan) {
+  fluid::require_memory(spec);
+  const auto [nx, ny, nz] = spec.grid.size;
+  plan.built.push_back(
+      {"fluid",
+       fmt::format("{} x {} x {} nodes, D3Q15 BGK in place, tau = {}, {} populations", nx, ny, nz,
+                   spec.relaxation_time, spec.storage == fluid::Storage::Double ? "double" : "float"),
+       fluid::memory_bytes(spec)});
+  const std::string closed = describe_walls(spec);
+  if (closed.empty()) {
+    plan.left_out.push_back({"walls", "the box is periodic: no list of cut links"});
+  } else {
+    plan.built.push_back({"walls", fmt::format("half-way bounce-back at both ends of {}", closed), 0.0});
+  }
+  if (spec.obstacle.empty()) {
+    plan.left_out.push_back({"obstacle", "the case names none"});
+  } else {
+    plan.built.push_back({"obstacle",
+                          fmt::format("{} nodes, half-way bounce-back around them", spec.obstacle.size()),
+                          static_cast<double>(spec.grid.count()) / 8.0});
+  }
+  if (spec.body_force.isZero(0.0)) {
+    plan.left_out.push_back({"body force", "zero: the sweep is compiled without it"});
+  } else {
+    plan.built.push_back(
+        {"body force", spec.scheme == fluid::Scheme::FirstOrder ? "first order" : "second order (Guo)", 0.0});
+  }
+  plan.left_out.push_back(
+      {"fields", "density, velocity and stress exist only where an observation asks for them"});
+}
+
 }  // namespace
 
 Plan plan(const Scene& scene) {
   Plan plan;
-  plan.built.push_back({"bond law", describe(scene.law), 0.0});
+  if (scene.law) plan.built.push_back({"bond law", describe(*scene.law), 0.0});
   if (scene.solid) {
     plan_solid(*scene.solid, scene, plan);
   } else {
     plan.left_out.push_back({"solid", "the case names none"});
   }
-  plan.left_out.push_back({"fluid", "the case names none"});
+  if (scene.fluid) {
+    plan_fluid(*scene.fluid, plan);
+  } else {
+    plan.left_out.push_back({"fluid", "the case names none"});
+  }
   plan.left_out.push_back({"coupling", "needs a fluid and a solid"});
   return plan;
 }

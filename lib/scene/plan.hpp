@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "bond/laws.hpp"
+#include "fluid/fluid.hpp"
 #include "solid/network.hpp"
 
 namespace veriflex::scene {
@@ -18,10 +19,11 @@ struct SolidSpec {
 
 /// A module that is not named is absent: not built, no memory.
 struct Scene {
-  bond::AnyLaw law;
+  std::optional<bond::AnyLaw> law{};
   std::optional<SolidSpec> solid{};
   std::string method{};  // how the solid is solved, in words
   bool moves = false;    // whether it has velocities
+  std::optional<fluid::Spec> fluid{};
 };
 
 struct Built {
@@ -40,7 +42,8 @@ struct Plan {
   std::vector<LeftOut> left_out;
 };
 
-/// Throws BadParameter ("nodes") when the solid would not fit into the memory that is free now.
+/// Throws BadParameter ("solid.nodes", "fluid.nodes") when a module would not fit into the memory that is
+/// available now.
 Plan plan(const Scene& scene);
 
 solid::Network build(const SolidSpec& spec);

@@ -99,11 +99,83 @@ scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, dou
   return {.shape = solid::Block{read_nodes(table, shape), spacing}, .angle_stiffness = angle_stiffness};
 }
 
+namespace {
+
+constexpr std::int64_t most_fluid_nodes = 1'000'000;  // along one axis
+
+std::array<std::int64_t, 3> read_box(const io::Section& fluid) {
+  const std::vector<std::int64_t> nodes = fluid.integers("nodes");
+  if (nodes.size() != 3) {
+    fluid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()),
+               "the box has nodes along x, y and z", "Write for example nodes = [32, 32, 32]");
+  }
+  for (const std::int64_t n : nodes) {
+    if (n < 1 || n > most_fluid_nodes) {
+      fluid.fail("nodes", fmt::format("'nodes' holds {}", n),
+                 fmt::format("an axis has 1 to {} nodes", most_fluid_nodes), "Choose a number in that range");
+    }
+  }
+  return {nodes[0], nodes[1], nodes[2]};
+}
+
+Vec3 read_vector(const io::Section& table, const std::string& key) {
+  const std::vector<double> v = table.numbers(key);
+  if (v.size() != 3) {
+    table.fail(key, fmt::format("'{}' has {} numbers", key, v.size()), "a vector has x, y and z",
+               fmt::format("Write for example {} = [0.0, 0.0, 1e-6]", key));
+  }
+  return {v[0], v[1], v[2]};
+}
+
+std::optional<fluid::Walls> read_walls(const io::Section& fluid, std::size_t axis) {
+  const std::string key = fmt::format("walls_{}", "xyz"[axis]);
+  if (!fluid.has(key)) return std::nullopt;
+  const io::Section table = fluid.table(key);
+  fluid::Walls walls;
+  if (table.has("low_velocity")) walls.low_velocity = read_vector(table, "low_velocity");
+  if (table.has("high_velocity")) walls.high_velocity = read_vector(table, "high_velocity");
+  for (const auto& [name, velocity] :
+       {std::pair{"low_velocity", walls.low_velocity}, {"high_velocity", walls.high_velocity}}) {
+    if (velocity[static_cast<Eigen::Index>(axis)] != 0.0) {
+      table.fail(name, "the wall moves through the fluid", "a wall can move along itself only",
+                 "Set that component to 0");
+    }
+  }
+  return walls;
+}
+
+}  // namespace
+
+fluid::Spec read_fluid(const io::Section& top, Varied varied) {
+  const io::Section table = top.table("fluid");
+  fluid::Spec spec{.grid = {{1, 1, 1}}, .relaxation_time = 1.0};
+  if (varied == Varied::Nothing) spec.grid.size = read_box(table);
+  if (varied != Varied::NodesAndRelaxationTime) {
+    spec.relaxation_time = table.number("relaxation_time");
+    if (!(spec.relaxation_time > 0.5)) {
+      table.fail("relaxation_time", fmt::format("'relaxation_time' is {}", spec.relaxation_time),
+                 "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5, for example 1.0");
+    }
+  }
+  if (table.has("storage") && table.choice("storage", {"double", "float"}) == "float") {
+    spec.storage = fluid::Storage::Float;
+  }
+  if (table.has("body_force")) spec.body_force = read_vector(table, "body_force");
+  if (table.has("force_scheme") && table.choice("force_scheme", {"first-order", "guo"}) == "guo") {
+    spec.scheme = fluid::Scheme::Guo;
+  }
+  for (std::size_t axis = 0; axis < 3; ++axis) spec.walls[axis] = read_walls(table, axis);
+  return spec;
+}
+
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene) {
   try {
     return scene::plan(scene);
   } catch (const BadParameter& bad) {
-    fail_at(top.table("solid"), bad);
+    // The parameter is named with its table: "solid.nodes".
+    const std::size_t dot = bad.parameter.find('.');
+    top.table(bad.parameter.substr(0, dot))
+        .fail(bad.parameter.substr(dot + 1), bad.problem, bad.why, bad.suggestion);
   }
 }
 

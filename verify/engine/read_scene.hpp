@@ -20,6 +20,11 @@ scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, dou
 /// [angle] alone: k_a, 0 when the table is absent  [M L^2 T^-2].
 double read_angle_stiffness(const io::Section& top);
 
+/// [fluid]: `nodes`, `relaxation_time` and what else the box has. `nodes` and `relaxation_time` are left to
+/// the driver that varies them when `varied` says so: they are then 1 node and tau = 1.
+enum class Varied { Nothing, Nodes, NodesAndRelaxationTime };
+fluid::Spec read_fluid(const io::Section& top, Varied varied = Varied::Nothing);
+
 /// The plan, with a scene that cannot be planned reported at its place in the case.
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene);
 
