@@ -22,6 +22,7 @@ struct Scene {
   std::optional<SolidSpec> solid{};
   std::string method{};  // how the solid is solved, in words
   bool moves = false;    // whether it has velocities
+  bool is_free = false;  // no coordinate of it is held or driven
 };
 
 struct Built {
