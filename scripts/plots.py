@@ -450,6 +450,28 @@ def boundary(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def elastica(result, record, key):
+    """Tip of the bent beam, one marker per length, on the curve of the elastica; deflection above, reach below."""
+    exact = result.records.get("elastica_exact")
+    if not drawable(record, "length", "load", "deflection", "reach") or not drawable(exact, "load", "deflection", "reach"):
+        return None
+    drawing, panels = canvas(2, height=5.0, sharex=True)
+    lengths = np.unique(record["length"])
+    for axes, name in zip(panels, ("deflection", "reach")):
+        handles = axes.plot(exact["load"], exact[name], "-", color="#222222", linewidth=1.2, label="elastica")
+        for number, (length, marker) in enumerate(zip(lengths, "os^Dvx*P")):
+            rows = record["length"] == length
+            handles += axes.plot(
+                record["load"][rows], record[name][rows], marker, color=f"C{number % 6}", linestyle="none",
+                markerfacecolor="none", label=f"L = {length:.4g}",
+            )  # fmt: skip
+        axes.set_ylabel(f"{name} over length [1]")
+    legend_above(panels[0], handles)
+    panels[-1].set_xlabel(column_label(record.columns["load"]))
+    caption = "Tip of the clamped beam under a dead load: along the load (above) and along the undeformed axis (below)."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
 def against_first_column(result, record, key):
     """A record without a plot of its own: all columns against the first, one panel per dimension."""
     columns = [column for column in record.columns.values() if column.values.dtype.kind in "iuf"]
@@ -557,6 +579,8 @@ KINDS = {
     "convergence": (convergence,),
     "work_precision": (work_precision,),
     "boundary": (boundary,),
+    "elastica": (elastica,),
+    "elastica_exact": (),
     "validity": (),
 }
 

@@ -1,0 +1,32 @@
+#include "drivers/beam_section.hpp"
+
+namespace veriflex::drivers {
+
+BeamSection section_of(const solid::Material& material, const scene::SolidSpec& spec, double axial) {
+  const solid::Network one = scene::build(with_sections(spec, 1));
+  const double k = bond::stiffness(material.law, axial);
+  const double k_a = material.angle_stiffness;
+  const double mean = one.rest.col(0).mean();
+  double along_x = 0.0;
+  for (Eigen::Index b = 0; b < one.vectors.rows(); ++b) along_x += one.vectors(b, 0) != 0.0 ? 1.0 : 0.0;
+  const auto* rod = std::get_if<solid::Rod>(&spec.shape);
+  const auto nodes = static_cast<double>(one.node_count());
+  return {.nodes = nodes,
+          .spring_bending = k * axial * (one.rest.col(0).array() - mean).square().sum(),
+          .straight_bending = k_a * axial * nodes,
+          .right_bending = k_a * axial * along_x,
+          .shear = 4.0 * k_a / axial * along_x,
+          .radius = rod != nullptr ? rod->radius * rod->spacing : 0.0};
+}
+
+double spacing_of(const scene::SolidSpec& spec) {
+  return std::visit([](const auto& shape) { return shape.spacing; }, spec.shape);
+}
+
+scene::SolidSpec with_sections(scene::SolidSpec spec, std::int64_t sections) {
+  if (auto* rod = std::get_if<solid::Rod>(&spec.shape)) rod->sections = sections;
+  if (auto* block = std::get_if<solid::Block>(&spec.shape)) block->nodes[2] = sections;
+  return spec;
+}
+
+}  // namespace veriflex::drivers
