@@ -472,6 +472,26 @@ def elastica(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def buckling(result, record, key):
+    """Critical load over Euler's against slenderness, beside the two theories with shear."""
+    if not drawable(record, "length", "load", "euler", "engesser", "haringx"):
+        return None
+    drawing, (axes,) = canvas()
+    length, euler = record["length"], record["euler"]
+    handles = axes.plot(length, record["load"] / euler, "o", color="C0", markerfacecolor="none", label="measured")
+    handles += axes.plot(length, record["engesser"] / euler, "-", color="C1", label="Engesser: thrust along the axis")
+    handles += axes.plot(length, record["haringx"] / euler, ":", color="C2", label="Haringx: thrust normal to sections")
+    handles.append(Line2D([], [], label="Euler", **MARK))
+    axes.axhline(1, **MARK)
+    axes.set_xscale("log")
+    label_points(axes, length)
+    axes.set_xlabel(column_label(record.columns["length"]))
+    axes.set_ylabel("critical load over Euler's [1]")
+    legend_above(axes, handles)
+    caption = "Critical load of the pinned column over Euler's; both theories with shear are those of the compressed lattice."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
 def against_first_column(result, record, key):
     """A record without a plot of its own: all columns against the first, one panel per dimension."""
     columns = [column for column in record.columns.values() if column.values.dtype.kind in "iuf"]
@@ -580,6 +600,7 @@ KINDS = {
     "work_precision": (work_precision,),
     "boundary": (boundary,),
     "elastica": (elastica,),
+    "buckling": (buckling,),
     "elastica_exact": (),
     "validity": (),
 }
