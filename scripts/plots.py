@@ -450,6 +450,48 @@ def boundary(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def elastica(result, record, key):
+    """Tip of the bent beam, one marker per length, on the curve of the elastica; deflection above, reach below."""
+    exact = result.records.get("elastica_exact")
+    if not drawable(record, "length", "load", "deflection", "reach") or not drawable(exact, "load", "deflection", "reach"):
+        return None
+    drawing, panels = canvas(2, height=5.0, sharex=True)
+    lengths = np.unique(record["length"])
+    for axes, name in zip(panels, ("deflection", "reach")):
+        handles = axes.plot(exact["load"], exact[name], "-", color="#222222", linewidth=1.2, label="elastica")
+        for number, (length, marker) in enumerate(zip(lengths, "os^Dvx*P")):
+            rows = record["length"] == length
+            handles += axes.plot(
+                record["load"][rows], record[name][rows], marker, color=f"C{number % 6}", linestyle="none",
+                markerfacecolor="none", label=f"L = {length:.4g}",
+            )  # fmt: skip
+        axes.set_ylabel(f"{name} over length [1]")
+    legend_above(panels[0], handles)
+    panels[-1].set_xlabel(column_label(record.columns["load"]))
+    caption = "Tip of the clamped beam under a dead load: along the load (above) and along the undeformed axis (below)."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def buckling(result, record, key):
+    """Critical load over Euler's against slenderness, beside the two theories with shear."""
+    if not drawable(record, "length", "load", "euler", "engesser", "haringx"):
+        return None
+    drawing, (axes,) = canvas()
+    length, euler = record["length"], record["euler"]
+    handles = axes.plot(length, record["load"] / euler, "o", color="C0", markerfacecolor="none", label="measured")
+    handles += axes.plot(length, record["engesser"] / euler, "-", color="C1", label="Engesser: thrust along the axis")
+    handles += axes.plot(length, record["haringx"] / euler, ":", color="C2", label="Haringx: thrust normal to sections")
+    handles.append(Line2D([], [], label="Euler", **MARK))
+    axes.axhline(1, **MARK)
+    axes.set_xscale("log")
+    label_points(axes, length)
+    axes.set_xlabel(column_label(record.columns["length"]))
+    axes.set_ylabel("critical load over Euler's [1]")
+    legend_above(axes, handles)
+    caption = "Critical load of the pinned column over Euler's; both theories with shear are those of the compressed lattice."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
 def against_first_column(result, record, key):
     """A record without a plot of its own: all columns against the first, one panel per dimension."""
     columns = [column for column in record.columns.values() if column.values.dtype.kind in "iuf"]
@@ -557,6 +599,9 @@ KINDS = {
     "convergence": (convergence,),
     "work_precision": (work_precision,),
     "boundary": (boundary,),
+    "elastica": (elastica,),
+    "buckling": (buckling,),
+    "elastica_exact": (),
     "validity": (),
 }
 
