@@ -37,6 +37,15 @@ engine::Study read_oscillation(const io::Section& top);
 /// The solid against a table that another program computed.
 engine::Study read_compare(const io::Section& top);
 
+/// Plane waves of the fluid against the continuum and against the lattice's own eigenvalues.
+engine::Study read_wave(const io::Section& top);
+
+/// Decaying Taylor-Green vortices and shear waves: convergence, and error against run time per storage.
+engine::Study read_vortex(const io::Section& top);
+
+/// Viscosity of a fluid that streams through the lattice.
+engine::Study read_galilean(const io::Section& top);
+
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
@@ -48,6 +57,9 @@ inline const std::vector<engine::Driver>& all() {
       {"buckling", "critical load of a pinned column, against Euler's and with shear", &read_buckling},
       {"torsion", "torsion of square bars, against Saint-Venant's series", &read_torsion},
       {"oscillation", "period of a pair or chain: error against run time", &read_oscillation},
+      {"wave", "plane waves of the fluid against the continuum and the lattice's eigenvalues", &read_wave},
+      {"vortex", "decaying vortices and shear waves: convergence, error against run time", &read_vortex},
+      {"galilean", "viscosity of a fluid that streams through the lattice", &read_galilean},
       {"stability", "first time step that a noisy body does not survive", &read_stability},
   };
   return drivers;

@@ -1,0 +1,142 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <complex>
+
+#include "drivers/drivers.hpp"
+#include "drivers/for_all.hpp"
+#include "drivers/periodic_fluid.hpp"
+#include "engine/analytic/lattice_wave.hpp"
+#include "engine/convergence.hpp"
+
+namespace veriflex::drivers {
+
+namespace {
+
+using engine::Complex;
+using engine::DecayingFlow;
+using observe::Observations;
+using observe::Record;
+
+// Of the vortices: what their squares do is far below what the stream does, rounding is farther below.
+constexpr double amplitude = 1e-6;
+
+struct GalileanStudy {
+  fluid::Spec fluid;
+  std::array<int, 2> plane;  // the stream is along the first axis
+  std::int64_t nodes;        // along a side
+  std::vector<double> speeds;
+};
+
+// Decay rates of Taylor-Green vortices that a stream carries.
+struct Decay {
+  double measured, exact;
+};
+
+// Taylor-Green vortices are four plane shear waves; this is the one along (1, 1) in the plane.
+struct DiagonalWave {
+  Vec3 k = Vec3::Zero();
+  Vec3 along = Vec3::Zero();
+};
+
+DiagonalWave diagonal_wave(const GalileanStudy& study) {
+  DiagonalWave wave;
+  for (const int axis : study.plane) wave.k[axis] = wavenumber(study.nodes);
+  wave.along[study.plane[0]] = std::sqrt(0.5);
+  wave.along[study.plane[1]] = -std::sqrt(0.5);
+  return wave;
+}
+
+double strength(const fluid::Fluid& fluid, const DiagonalWave& wave) {
+  const std::vector<std::int64_t> nodes = all_nodes(fluid.spec().grid);
+  Positions u;
+  fluid.velocities(nodes, u);
+  Complex sum = 0.0;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    sum += u.row(static_cast<Eigen::Index>(i)).dot(wave.along) *
+           std::polar(1.0, -wave.k.dot(position(fluid.spec().grid, nodes[i])));
+  }
+  return std::abs(sum);
+}
+
+// Between half an e-folding, when what the start left out of the lattice's own wave is gone, and one and a
+// half.
+Decay measure(const GalileanStudy& study, double speed) {
+  const double tau = study.fluid.relaxation_time;
+  DecayingFlow flow{.pattern = engine::Pattern::TaylorGreen,
+                    .a = study.plane[0],
+                    .b = study.plane[1],
+                    .wavenumber = wavenumber(study.nodes),
+                    .amplitude = amplitude,
+                    .viscosity = fluid::viscosity(tau)};
+  flow.stream[flow.a] = speed;
+  const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(study.fluid);
+  start(*fluid, flow, Start::Balanced);
+  const DiagonalWave wave = diagonal_wave(study);
+  const auto half = std::max<std::int64_t>(1, std::llround(0.5 / flow.decay_rate()));
+  for (std::int64_t step = 0; step < half; ++step) fluid->collide_and_stream();
+  const double before = strength(*fluid, wave);
+  for (std::int64_t step = 0; step < 2 * half; ++step) fluid->collide_and_stream();
+  const double after = strength(*fluid, wave);
+  return {std::log(before / after) / static_cast<double>(2 * half),
+          engine::lattice_wave(wave.k, tau, {0.0, wave.along}, flow.stream).decay_rate()};
+}
+
+Observations run(const GalileanStudy& study, Progress& progress, engine::Cost& cost) {
+  std::vector<double> speeds{0.0};
+  speeds.insert(speeds.end(), study.speeds.begin(), study.speeds.end());
+  std::vector<Decay> decays(speeds.size());
+  for_all(speeds.size(), "streams", progress, [&](std::size_t i) { decays[i] = measure(study, speeds[i]); });
+  cost.finish("streams");
+
+  Record record{"galilean",
+                "Viscosity of Taylor-Green vortices that a stream carries",
+                {{"speed", "U", "L T^-1", "of the stream, along an axis", {}},
+                 {"viscosity_ratio", "", "1", "measured, over that without a stream", {}},
+                 {"error", "", "1", "1 - measured ratio", {}},
+                 {"error_exact", "", "1", "the same by eigenvalues of the collide-and-stream matrix", {}},
+                 {"error_theory", "", "1", "3 (U.k)^2/k^2 of the equilibrium's missing cubic term", {}}}};
+  double worst = std::abs(decays[0].measured / decays[0].exact - 1.0);
+  for (std::size_t i = 1; i < speeds.size(); ++i) {
+    const double ratio = decays[i].measured / decays[0].measured;
+    record.append({speeds[i], ratio, 1.0 - ratio, 1.0 - decays[i].exact / decays[0].exact,
+                   1.5 * speeds[i] * speeds[i]});
+    worst = std::max(worst, std::abs(decays[i].measured / decays[i].exact - 1.0));
+  }
+  const std::vector<double>& error = record.columns[2].values;
+  const engine::PowerLaw law = engine::power_law(study.speeds, error);
+  Observations seen;
+  seen.metrics = {
+      {"order", law.exponent, "1", "exponent of the viscosity's error in the stream's speed, least squares"},
+      {"constant", error.front() / (study.speeds.front() * study.speeds.front()), "L^-2 T^2",
+       "error over U^2 at the lowest speed"},
+      {"error_fastest", error.back(), "1", "relative error of the viscosity at the highest speed"},
+      {"worst_departure", worst, "1", "largest relative departure of a decay rate from its eigenvalue"}};
+  seen.records = {record};
+  return seen;
+}
+
+}  // namespace
+
+engine::Study read_galilean(const io::Section& top) {
+  const io::Section t = top.table("galilean");
+  GalileanStudy study{.fluid = read_periodic_fluid(top, engine::Varied::Nodes),
+                      .plane = axes_of(t.choice("plane", {"xy", "yz", "zx"})),
+                      .nodes = t.integer("side", 4, 4096),
+                      .speeds = t.numbers("speeds")};
+  study.fluid.grid = plane_box(study.nodes, study.plane);
+  if (study.speeds.size() < 2)
+    t.fail("speeds", "fewer than two", "an order needs two", "Give for example [0.02, 0.05, 0.1]");
+  for (std::size_t i = 0; i < study.speeds.size(); ++i) {
+    if (!(study.speeds[i] > (i == 0 ? 0.0 : study.speeds[i - 1])) || study.speeds[i] > 0.3) {
+      t.fail("speeds", fmt::format("'speeds' holds {}", study.speeds[i]),
+             "they are positive, rise, and stay well below the speed of sound, at most 0.3",
+             "Give for example [0.02, 0.05, 0.1]");
+    }
+  }
+  return {.plan = engine::read_plan(top, {.fluid = study.fluid}),
+          .measures = {"order", "constant", "error_fastest", "worst_departure"},
+          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+}
+
+}  // namespace veriflex::drivers

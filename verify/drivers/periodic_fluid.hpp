@@ -1,0 +1,44 @@
+/// What the studies of decaying flows share: a fluid alone in a periodic box.
+#pragma once
+
+#include <numbers>
+#include <vector>
+
+#include "engine/analytic/decaying_flow.hpp"
+#include "engine/read_scene.hpp"
+
+namespace veriflex::drivers {
+
+/// [fluid] without walls and without a force, which these flows do not have.
+fluid::Spec read_periodic_fluid(const io::Section& top, engine::Varied varied);
+
+/// `nodes`: along a side, rising, each from `least` to 4096; at least `rows` of them.
+std::vector<std::int64_t> read_resolutions(const io::Section& table, std::size_t rows, std::int64_t least);
+
+/// `plane`: "xy", "yz" or "zx" as its two axes.
+std::array<int, 2> axes_of(const std::string& plane);
+
+/// The box of n x n nodes in that plane, one thick.
+Grid plane_box(std::int64_t n, const std::array<int, 2>& plane);
+
+/// How a fluid starts from an exact solution at time 0.
+enum class Start {
+  Balanced,         // with its viscous stress, and with the swelling that its changing pressure asks for
+  WithoutSwelling,  // with its viscous stress; what swelling lacks rings as sound
+  Equilibrium       // with neither: the velocity lags some tau behind
+};
+void start(fluid::Fluid& fluid, const engine::DecayingFlow& flow, Start how);
+
+/// 2 pi/n  [L^-1]
+inline double wavenumber(std::int64_t n) { return 2.0 * std::numbers::pi / static_cast<double>(n); }
+
+/// All nodes of a box, in order.
+std::vector<std::int64_t> all_nodes(const Grid& grid);
+
+/// Where a node stands  [L].
+inline Vec3 position(const Grid& grid, std::int64_t node) {
+  const auto [x, y, z] = grid.node(node);
+  return {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
+}
+
+}  // namespace veriflex::drivers

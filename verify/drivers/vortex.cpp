@@ -1,0 +1,295 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "drivers/drivers.hpp"
+#include "drivers/periodic_fluid.hpp"
+#include "engine/convergence.hpp"
+
+namespace veriflex::drivers {
+
+namespace {
+
+using engine::DecayingFlow;
+using engine::Pattern;
+using observe::Observations;
+using observe::Record;
+
+struct VortexStudy {
+  fluid::Spec fluid;  // the box is set per row, the storage too
+  Pattern pattern;
+  std::vector<std::string> planes;
+  std::vector<fluid::Storage> storages;
+  std::vector<std::int64_t> nodes;  // along a side
+  double reynolds;                  // A N/nu: diffusive scaling, A falls as 1/N
+  double decays;                    // e-foldings of the velocity over the run
+  Start start;
+};
+
+// Distances between two fields over the magnitude of the exact one, in each norm.
+struct Norms {
+  double l1, l2, linf;
+};
+
+struct Row {
+  std::string plane;
+  fluid::Storage storage;
+  std::int64_t nodes, steps;
+  double amplitude;
+  Norms velocity_error;
+  double pressure_error;  // L2
+  Positions velocity;     // at the end, to compare storages
+  double velocity_norm;   // of the exact velocity
+};
+
+DecayingFlow flow_of(const VortexStudy& study, const std::string& plane, std::int64_t n) {
+  const double nu = fluid::viscosity(study.fluid.relaxation_time);
+  const std::array<int, 2> axes = axes_of(plane);
+  return {.pattern = study.pattern,
+          .a = axes[0],
+          .b = axes[1],
+          .wavenumber = wavenumber(n),
+          .amplitude = study.reynolds * nu / static_cast<double>(n),
+          .viscosity = nu};
+}
+
+void compare(const fluid::Fluid& fluid, const DecayingFlow& flow, Row& row) {
+  const Grid& grid = fluid.spec().grid;
+  const std::vector<std::int64_t> nodes = all_nodes(grid);
+  fluid.velocities(nodes, row.velocity);
+  std::vector<fluid::Populations> h(nodes.size());
+  fluid.populations(nodes, h);
+  double mean = 0.0;
+  for (const fluid::Populations& here : h) mean += fluid::density_deviation(here);
+  mean /= static_cast<double>(nodes.size());
+
+  Norms error{}, exact{};
+  double pressure_error = 0.0, pressure = 0.0;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const engine::FlowState here = flow.at(position(grid, nodes[i]), static_cast<double>(fluid.steps()));
+    const double distance = (Vec3(row.velocity.row(static_cast<Eigen::Index>(i))) - here.velocity).norm();
+    const double magnitude = here.velocity.norm();
+    error = {error.l1 + distance, error.l2 + distance * distance, std::max(error.linf, distance)};
+    exact = {exact.l1 + magnitude, exact.l2 + magnitude * magnitude, std::max(exact.linf, magnitude)};
+    const double p = fluid::sound_speed_squared * (fluid::density_deviation(h[i]) - mean);
+    pressure_error += (p - here.pressure) * (p - here.pressure);
+    pressure += here.pressure * here.pressure;
+  }
+  row.velocity_norm = std::sqrt(exact.l2);
+  row.velocity_error = {error.l1 / exact.l1, std::sqrt(error.l2 / exact.l2), error.linf / exact.linf};
+  row.pressure_error = std::sqrt(pressure_error / pressure);
+}
+
+Row measure(const VortexStudy& study, const std::string& plane, fluid::Storage storage, std::int64_t n,
+            engine::Cost& cost, const std::string& phase) {
+  const DecayingFlow flow = flow_of(study, plane, n);
+  Row row{.plane = plane,
+          .storage = storage,
+          .nodes = n,
+          .steps = std::max<std::int64_t>(1, std::llround(study.decays / flow.decay_rate())),
+          .amplitude = flow.amplitude,
+          .velocity_error = {},
+          .pressure_error = 0.0,
+          .velocity = {},
+          .velocity_norm = 0.0};
+  fluid::Spec spec = study.fluid;
+  spec.storage = storage;
+  spec.grid = plane_box(n, axes_of(plane));
+  const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
+  start(*fluid, flow, study.start);
+  cost.finish("start");
+  for (std::int64_t step = 0; step < row.steps; ++step) fluid->collide_and_stream();
+  cost.finish(phase);
+  compare(*fluid, flow, row);
+  cost.finish("errors");
+  return row;
+}
+
+// Of the first plane and storage.
+void add_convergence(const VortexStudy& study, const std::vector<Row>& rows, Observations& seen) {
+  Record record{"convergence",
+                "Error at the end against the spacing, diffusive scaling",
+                {{"spacing", "h", "1", "node spacing over the box", {}}}};
+  struct Norm {
+    std::string name;
+    double (*of)(const Row&);
+  };
+  std::vector<Norm> norms{{"velocity_l1", [](const Row& row) { return row.velocity_error.l1; }},
+                          {"velocity_l2", [](const Row& row) { return row.velocity_error.l2; }},
+                          {"velocity_linf", [](const Row& row) { return row.velocity_error.linf; }}};
+  if (study.pattern == Pattern::TaylorGreen)
+    norms.push_back({"pressure_l2", [](const Row& row) { return row.pressure_error; }});
+  std::vector<double>& spacing = record.columns[0].values;
+  for (const std::int64_t n : study.nodes) spacing.push_back(1.0 / static_cast<double>(n));
+  for (const Norm& norm : norms) {
+    observe::Column column{"error_" + norm.name, "", "1", "over that norm of the exact field", {}};
+    for (std::size_t i = 0; i < study.nodes.size(); ++i) column.values.push_back(norm.of(rows[i]));
+    // Sound that is left over rings through the pressure, in another phase at the end of each run: only all
+    // grids together show its order.
+    const bool rings = norm.name == "pressure_l2";
+    const double order = rings ? engine::power_law(spacing, column.values).exponent
+                               : engine::orders(spacing, column.values).back();
+    seen.metrics.push_back({"order_" + norm.name, order, "1",
+                            rings ? "over all grids, least squares" : "between the two finest grids"});
+    seen.metrics.push_back({"error_" + norm.name, column.values.back(), "1", "of the finest grid"});
+    record.columns.push_back(column);
+  }
+  seen.records.push_back(record);
+}
+
+// All rows in the order of the phases `work_precision/<row>`.
+void add_work(const std::vector<Row>& rows, Observations& seen) {
+  Record record{"work_precision",
+                "Error of the velocity against the work done",
+                {{"nodes", "N", "1", "nodes along a side", {}},
+                 {"bits", "", "1", "of a stored population", {}},
+                 {"plane", "", "1", "0, 1, 2: the plane begins with x, y, z", {}},
+                 {"steps", "", "1", "until the end", {}},
+                 {"amplitude", "A", "L T^-1", "of the velocity at the start", {}},
+                 {"error", "", "1", "of the velocity at the end, L2, relative", {}}}};
+  for (const Row& row : rows) {
+    record.append({static_cast<double>(row.nodes), row.storage == fluid::Storage::Double ? 64.0 : 32.0,
+                   static_cast<double>(axes_of(row.plane)[0]), static_cast<double>(row.steps), row.amplitude,
+                   row.velocity_error.l2});
+  }
+  seen.records.push_back(record);
+}
+
+// What rounding to float does to the velocity, beside the discretisation error; first plane.
+void add_storage(const VortexStudy& study, const std::vector<Row>& rows, Observations& seen) {
+  const std::size_t n = study.nodes.size();
+  const bool double_first = study.storages.front() == fluid::Storage::Double;
+  Record record{"storage",
+                "Error of storing populations in float beside the discretisation error",
+                {{"nodes", "N", "1", "nodes along a side", {}},
+                 {"discretisation_error", "", "1", "double against the exact velocity, L2, relative", {}},
+                 {"storage_error", "", "1", "float against double, L2, relative", {}},
+                 {"share", "", "1", "storage error over discretisation error", {}}}};
+  for (std::size_t i = 0; i < n; ++i) {
+    const Row& whole = rows[double_first ? i : n + i];
+    const Row& half = rows[double_first ? n + i : i];
+    const double rounding = (half.velocity - whole.velocity).norm() / whole.velocity_norm;
+    record.append({static_cast<double>(whole.nodes), whole.velocity_error.l2, rounding,
+                   rounding / whole.velocity_error.l2});
+  }
+  const std::vector<double>& nodes = record.columns[0].values;
+  const std::vector<double>& share = record.columns[3].values;
+  const engine::PowerLaw law = engine::power_law(nodes, share);
+  seen.metrics.push_back(
+      {"float_error", record.columns[2].values.back(), "1", "of storing in float, relative, finest grid"});
+  seen.metrics.push_back(
+      {"float_share", share.back(), "1", "storage error over discretisation error, finest grid"});
+  seen.metrics.push_back({"float_drowns_at", std::pow(law.factor, -1.0 / law.exponent), "1",
+                          "N at which float's error is as large as the discretisation's: power law through "
+                          "all grids"});
+  seen.records.push_back(record);
+}
+
+// Largest relative difference of the error between planes at the same resolution: the lattice looks the same
+// along all axes, so that only rounding may tell them apart.
+double spread_of_planes(const VortexStudy& study, const std::vector<Row>& rows) {
+  const std::size_t per_plane = study.nodes.size() * study.storages.size();
+  double worst = 0.0;
+  for (std::size_t i = per_plane; i < rows.size(); ++i) {
+    const double first = rows[i % per_plane].velocity_error.l2;
+    worst = std::max(worst, std::abs(rows[i].velocity_error.l2 / first - 1.0));
+  }
+  return worst;
+}
+
+Observations run(const VortexStudy& study, Progress& progress, engine::Cost& cost) {
+  std::vector<Row> rows;
+  const std::size_t count = study.planes.size() * study.storages.size() * study.nodes.size();
+  for (const std::string& plane : study.planes) {
+    for (const fluid::Storage storage : study.storages) {
+      for (const std::int64_t n : study.nodes) {
+        progress.show("sweep", rows.size(), count);
+        rows.push_back(
+            measure(study, plane, storage, n, cost, fmt::format("work_precision/{}", rows.size())));
+      }
+    }
+  }
+  Observations seen;
+  add_convergence(study, rows, seen);
+  add_work(rows, seen);
+  if (study.storages.size() == 2) add_storage(study, rows, seen);
+  if (study.planes.size() > 1)
+    seen.metrics.push_back({"spread_of_planes", spread_of_planes(study, rows), "1",
+                            "largest relative difference of the error between planes"});
+  return seen;
+}
+
+std::vector<std::string> measured_names(const VortexStudy& study) {
+  std::vector<std::string> names;
+  for (const char* norm : {"velocity_l1", "velocity_l2", "velocity_linf", "pressure_l2"}) {
+    if (study.pattern == Pattern::Shear && norm == std::string("pressure_l2")) continue;
+    names.insert(names.end(), {std::string("order_") + norm, std::string("error_") + norm});
+  }
+  if (study.storages.size() == 2)
+    names.insert(names.end(), {"float_error", "float_share", "float_drowns_at"});
+  if (study.planes.size() > 1) names.push_back("spread_of_planes");
+  return names;
+}
+
+std::vector<std::string> read_names(const io::Section& table, const std::string& key,
+                                    const std::vector<std::string>& known) {
+  const std::vector<std::string> names = table.texts(key);
+  for (std::size_t i = 0; i < names.size(); ++i) {
+    const bool repeated = std::find(names.begin(), names.begin() + static_cast<std::ptrdiff_t>(i),
+                                    names[i]) != names.begin() + static_cast<std::ptrdiff_t>(i);
+    if (repeated || std::find(known.begin(), known.end(), names[i]) == known.end()) {
+      table.fail(key, fmt::format("'{}' holds \"{}\"", key, names[i]),
+                 repeated ? "it stands there twice" : fmt::format("known are {}", fmt::join(known, ", ")),
+                 "Name each at most once");
+    }
+  }
+  if (names.empty()) table.fail(key, "it is empty", "there is nothing to run", "Leave it out");
+  return names;
+}
+
+}  // namespace
+
+engine::Study read_vortex(const io::Section& top) {
+  const io::Section t = top.table("vortex");
+  VortexStudy study{.fluid = read_periodic_fluid(top, engine::Varied::Nodes),
+                    .pattern = t.choice("flow", {"taylor-green", "shear"}) == "shear" ? Pattern::Shear
+                                                                                      : Pattern::TaylorGreen,
+                    .planes = t.has("planes") ? read_names(t, "planes", {"xy", "yz", "zx"})
+                                              : std::vector<std::string>{"xy"},
+                    .storages = {},
+                    .nodes = read_resolutions(t, 2, 4),
+                    .reynolds = t.number("reynolds"),
+                    .decays = t.number("decays"),
+                    .start = Start::Balanced};
+  if (t.has("start")) {
+    const std::string start = t.choice("start", {"balanced", "without-swelling", "equilibrium"});
+    study.start = start == "balanced"           ? Start::Balanced
+                  : start == "without-swelling" ? Start::WithoutSwelling
+                                                : Start::Equilibrium;
+  }
+  if (t.has("storages")) {
+    for (const std::string& name : read_names(t, "storages", {"double", "float"}))
+      study.storages.push_back(name == "float" ? fluid::Storage::Float : fluid::Storage::Double);
+  } else {
+    study.storages = {study.fluid.storage};
+  }
+  for (const auto& [key, value] : {std::pair{"reynolds", study.reynolds}, {"decays", study.decays}}) {
+    if (!(value > 0.0))
+      t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Use for example 1.0");
+  }
+  const DecayingFlow coarsest = flow_of(study, study.planes.front(), study.nodes.front());
+  if (coarsest.amplitude > 0.3) {
+    t.fail("reynolds", fmt::format("the coarsest grid would start at a speed of {:.3g}", coarsest.amplitude),
+           "the speed of sound is 0.577 and the flow is to be incompressible",
+           "Use a smaller Reynolds number, more nodes or a smaller relaxation time");
+  }
+  fluid::Spec largest = study.fluid;
+  largest.storage = study.storages.front();
+  largest.grid = plane_box(study.nodes.back(), axes_of(study.planes.front()));
+  return {.plan = engine::read_plan(top, {.fluid = largest}),
+          .measures = measured_names(study),
+          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+}
+
+}  // namespace veriflex::drivers
