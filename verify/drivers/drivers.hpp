@@ -25,6 +25,12 @@ engine::Study read_beam(const io::Section& top);
 /// Period of a swinging pair or chain: error of leap-frog against the work done.
 engine::Study read_oscillation(const io::Section& top);
 
+/// Flows between walls and through arrays of obstacles against exact solutions and known drag.
+engine::Study read_channel(const io::Section& top);
+
+/// Mass, momentum and staggered momentum of a fluid over many steps.
+engine::Study read_conservation(const io::Section& top);
+
 /// The solid against a table that another program computed.
 engine::Study read_compare(const io::Section& top);
 
@@ -37,6 +43,8 @@ inline const std::vector<engine::Driver>& all() {
       {"beam", "bending stiffness, cantilevers and bending frequencies", &read_beam},
       {"oscillation", "period of a pair or chain: error against run time", &read_oscillation},
       {"stability", "first time step that a noisy body does not survive", &read_stability},
+      {"channel", "flows between walls and through arrays of obstacles", &read_channel},
+      {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
   };
   return drivers;
 }

@@ -167,10 +167,11 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
   CHECK(source.computed == Names{"t.has(form", "t.number(given[0]", "table.has(parameter",
                                  "table.number_or_infinity(parameter", "table.number(missing.parameter",
                                  "t.has(points", "t.numbers(points", "table.text(path", "fluid.has(key",
-                                 "fluid.table(key", "table.numbers(key", "top.table(bad.parameter.substr(0"});
+                                 "fluid.table(key", "table.has(key", "table.numbers(key",
+                                 "top.table(bad.parameter.substr(0"});
   Names spelt = source.keys;
   add(spelt, {"absolute", "relative", "digits", "strains", "stresses", "<path>", "walls_x", "walls_y",
-              "walls_z", "low_velocity", "high_velocity", "body_force"});
+              "walls_z", "low_velocity", "high_velocity", "body_force", "centre"});
   for (const bond::LawInfo& law : bond::laws()) {
     for (const bond::ParameterInfo& p : law.parameters) {
       INFO(law.name << " has " << p.name);
