@@ -195,8 +195,8 @@ constexpr std::int64_t row = 32;  // nodes along x: full vectors in both storage
 void measure_work(const Poiseuille& study, engine::Cost& cost, Observations& seen) {
   Record record{"work_precision",
                 "Error of the velocity against the work done",
-                {{"bits", "", "1", "of a stored population", {}},
-                 {"nodes", "", "1", "across the gap", {}},
+                {{"nodes", "", "1", "across the gap", {}},
+                 {"bits", "", "1", "of a stored population", {}},
                  {"steps", "", "1", "2.5 H^2/nu", {}},
                  {"node_steps", "", "1", "steps times nodes of the box", {}},
                  {"error", "", "1", "root mean square against the parabola, over that of the velocity", {}}}};
@@ -217,7 +217,7 @@ void measure_work(const Poiseuille& study, engine::Cost& cost, Observations& see
       const std::vector<double> u = plus(along_gap(*fluid, 1), 0.5 * force_of(study, piece));
       const double error = error_norms(u, parabola(study, piece)).l2;
       cost.finish(fmt::format("work_precision/{}", record.columns[0].values.size()));
-      record.append({storage == fluid::Storage::Double ? 64.0 : 32.0, height, static_cast<double>(steps),
+      record.append({height, storage == fluid::Storage::Double ? 64.0 : 32.0, static_cast<double>(steps),
                      static_cast<double>(steps) * static_cast<double>(spec.grid.count()), error});
       if (nodes == study.common.resolutions.back()) finest.push_back(error);
     }
