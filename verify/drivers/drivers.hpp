@@ -34,6 +34,12 @@ engine::Study read_torsion(const io::Section& top);
 /// Period of a swinging pair or chain: error of leap-frog against the work done.
 engine::Study read_oscillation(const io::Section& top);
 
+/// Flows between walls and through arrays of obstacles against exact solutions and known drag.
+engine::Study read_channel(const io::Section& top);
+
+/// Mass, momentum and staggered momentum of a fluid over many steps.
+engine::Study read_conservation(const io::Section& top);
+
 /// The solid against a table that another program computed.
 engine::Study read_compare(const io::Section& top);
 
@@ -61,6 +67,8 @@ inline const std::vector<engine::Driver>& all() {
       {"vortex", "decaying vortices and shear waves: convergence, error against run time", &read_vortex},
       {"galilean", "viscosity of a fluid that streams through the lattice", &read_galilean},
       {"stability", "first time step that a noisy body does not survive", &read_stability},
+      {"channel", "flows between walls and through arrays of obstacles", &read_channel},
+      {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
   };
   return drivers;
 }
