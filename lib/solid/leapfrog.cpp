@@ -66,7 +66,8 @@ void Leapfrog::prescribe(double time, double substep) {
   }
 }
 
-void Leapfrog::step() {
+template <class Extra>
+void Leapfrog::advance(Extra extra_kick) {
   if (wanted_.safety > 0.0) {
     double stiffest = 0.0;
     for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {
@@ -79,6 +80,7 @@ void Leapfrog::step() {
   const double half_drag = 0.5 * conditions_.drag * kick;
   for (int i = 1; i <= count_; ++i) {
     if (half_drag > 0.0) v_ *= (1.0 - half_drag) / (1.0 + half_drag);
+    extra_kick(kick / (1.0 + half_drag));
     v_ -= kick / (1.0 + half_drag) * gradient_;
     if (conditions_.load.size() > 0) v_ += kick / (1.0 + half_drag) * conditions_.load;
     prescribe(time() + i * h, h);
@@ -87,6 +89,36 @@ void Leapfrog::step() {
     std::swap(u_, next_);
   }
   ++steps_;
+}
+
+void Leapfrog::step() {
+  advance([](double) {});
+}
+
+void Leapfrog::step(const Pull& pull, Positions& mean) {
+  const auto count = static_cast<Eigen::Index>(pull.nodes.size());
+  const auto evaluate_pull = [&](Positions& force) {
+    for (int axis = 0; axis < 3; ++axis) {
+      for (Eigen::Index i = 0; i < count; ++i) {
+        const std::int32_t node = pull.nodes[static_cast<std::size_t>(i)];
+        force(i, axis) = pull.strength * (pull.target(i, axis) - v_(node, axis));
+      }
+    }
+  };
+  Positions force(count, 3);
+  evaluate_pull(force);
+  mean.setZero(count, 3);
+  bool first = true;
+  advance([&](double kick) {
+    if (pull.live && !first) evaluate_pull(force);
+    first = false;
+    mean += force;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (Eigen::Index i = 0; i < count; ++i)
+        v_(pull.nodes[static_cast<std::size_t>(i)], axis) += kick * force(i, axis);
+    }
+  });
+  mean /= count_;
 }
 
 Positions Leapfrog::velocity() const {

@@ -43,6 +43,14 @@ struct Substeps {
   double safety = 0.0;  // > 0: as many as keep the step below safety * 2/omega_max of the present network
 };
 
+/// A force on some nodes towards a velocity of each: strength (target - v), v being half a (sub-)step old.
+struct Pull {
+  const std::vector<std::int32_t>& nodes;
+  const Positions& target;  // one row per node of the list  [L T^-1]
+  double strength;          // [M T^-1]
+  bool live;                // follows v through the sub-steps, or stays what it is at the start of the step
+};
+
 class Leapfrog {
  public:
   /// Starts at displacement u and velocity v at time 0. Throws NumericalFailure as step() does when the
@@ -53,6 +61,10 @@ class Leapfrog {
   /// Advances by dt. Throws NumericalFailure with the step and what_is_undefined() when a bond leaves its
   /// law's domain or an angle degenerates; the state is then that of the last good step.
   void step();
+
+  /// The same under a pull. `mean` becomes its mean over the step, one row per pulled node: what the other
+  /// side of the pull has to bear  [M L T^-2].
+  void step(const Pull& pull, Positions& mean);
 
   const Positions& displacement() const { return u_; }
   /// Velocity half a (sub-)step ago: what the scheme carries.
@@ -71,6 +83,8 @@ class Leapfrog {
   Vec3 momentum() const;            // of half_velocity()  [M L T^-1]
 
  private:
+  template <class Extra>
+  void advance(Extra extra_kick);
   void divide();
   bool evaluate(const Positions& u);
   void prescribe(double time, double substep);

@@ -1,0 +1,160 @@
+#include "coupling/transfer.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/error.hpp"
+
+namespace veriflex::coupling {
+
+namespace {
+
+/// Floor division's remainder: into the box from anywhere.
+std::int64_t into(std::int64_t at, std::int64_t size) {
+  const std::int64_t rest = at % size;
+  return rest < 0 ? rest + size : rest;
+}
+
+constexpr double farthest = 1e15;  // beyond, neighbouring nodes are not told apart
+
+}  // namespace
+
+Transfer::Transfer(const Grid& grid, std::array<bool, 3> closed, Delta delta)
+    : grid_(grid),
+      closed_(closed),
+      delta_(delta),
+      row_at_(static_cast<std::size_t>(grid.size[1] * grid.size[2]), -1) {}
+
+void Transfer::locate(const Positions& X) {
+  visit(delta_, [&](auto kernel) { locate_with<decltype(kernel)>(X); });
+}
+
+template <DeltaKernel K>
+void Transfer::locate_with(const Positions& X) {
+  constexpr auto width = static_cast<std::size_t>(K::width);
+  const auto markers = static_cast<std::size_t>(X.rows());
+  struct Support {
+    std::array<std::int64_t, 3> first;
+    std::array<std::array<double, 4>, 3> weights;
+  };
+  std::vector<Support> supports(markers);
+  for (std::size_t m = 0; m < markers; ++m) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double x = X(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(axis));
+      if (!(std::abs(x) < farthest)) {
+        throw NumericalFailure(
+            fmt::format("marker {} is at {} = {}, which is no place in the box", m, "xyz"[axis], x));
+      }
+      Support& s = supports[m];
+      s.first[axis] = static_cast<std::int64_t>(support<K>(x, s.weights[axis]));
+      if (closed_[axis] &&
+          (s.first[axis] < 0 || s.first[axis] + static_cast<std::int64_t>(width) > grid_.size[axis])) {
+        throw NumericalFailure(fmt::format(
+            "marker {} is at {} = {}: its support of nodes {} to {} leaves the walled box of nodes 0 to {}",
+            m, "xyz"[axis], x, s.first[axis], s.first[axis] + static_cast<std::int64_t>(width) - 1,
+            grid_.size[axis] - 1));
+      }
+      s.first[axis] = into(s.first[axis], grid_.size[axis]);
+    }
+  }
+
+  // Which rows, and which part of each.
+  for (const Row& row : rows_) row_at_[static_cast<std::size_t>(row.start / grid_.size[0])] = -1;
+  rows_.clear();
+  row_of_.resize(markers * width * width);
+  for (std::size_t m = 0, i = 0; m < markers; ++m) {
+    const auto& first = supports[m].first;
+    const std::int64_t last = first[0] + static_cast<std::int64_t>(width) - 1;
+    for (std::size_t k = 0; k < width; ++k) {
+      const std::int64_t z = into(first[2] + static_cast<std::int64_t>(k), grid_.size[2]);
+      for (std::size_t j = 0; j < width; ++j, ++i) {
+        const std::int64_t y = into(first[1] + static_cast<std::int64_t>(j), grid_.size[1]);
+        std::int32_t& number = row_at_[static_cast<std::size_t>(y + grid_.size[1] * z)];
+        if (number < 0) {
+          number = static_cast<std::int32_t>(rows_.size());
+          rows_.push_back({grid_.index(0, y, z), first[0], last, 0});
+        }
+        Row& row = rows_[static_cast<std::size_t>(number)];
+        row.from = std::min(row.from, first[0]);
+        row.to = std::max(row.to, last);
+        row_of_[i] = number;
+      }
+    }
+  }
+  std::int64_t slots = 0;
+  for (Row& row : rows_) {
+    row.offset = slots;
+    slots += std::min(row.to - row.from + 1, grid_.size[0]);
+  }
+
+  // The distinct nodes in the order in which markers meet them, and for each marker their places and weights.
+  place_of_slot_.assign(static_cast<std::size_t>(slots), -1);
+  nodes_.clear();
+  place_.resize(markers * width * width * width);
+  weight_.resize(place_.size());
+  for (std::size_t m = 0, i = 0, n = 0; m < markers; ++m) {
+    const Support& s = supports[m];
+    for (std::size_t k = 0; k < width; ++k) {
+      for (std::size_t j = 0; j < width; ++j, ++i) {
+        const Row& row = rows_[static_cast<std::size_t>(row_of_[i])];
+        const double weight_yz = s.weights[1][j] * s.weights[2][k];
+        for (std::size_t l = 0; l < width; ++l, ++n) {
+          const std::int64_t x = s.first[0] + static_cast<std::int64_t>(l);
+          std::int64_t slot = x - row.from;
+          while (slot >= grid_.size[0])
+            slot -= grid_.size[0];  // more than once only in a box below the support's width
+          std::int32_t& place = place_of_slot_[static_cast<std::size_t>(row.offset + slot)];
+          if (place < 0) {
+            place = static_cast<std::int32_t>(nodes_.size());
+            nodes_.push_back(row.start + into(x, grid_.size[0]));
+          }
+          place_[n] = place;
+          weight_[n] = s.weights[0][l] * weight_yz;
+          if constexpr (K::in_ball) {
+            const Vec3 from_marker =
+                Vec3(static_cast<double>(l), static_cast<double>(j), static_cast<double>(k)) -
+                (Vec3(X.row(static_cast<Eigen::Index>(m))).array() -
+                 Vec3(X.row(static_cast<Eigen::Index>(m))).array().floor() + 1.0)
+                    .matrix();
+            if (from_marker.squaredNorm() >= 4.0) weight_[n] = 0.0;
+          }
+        }
+      }
+    }
+  }
+}
+
+void Transfer::interpolate(const Positions& at_nodes, Positions& at_markers) const {
+  const auto markers = static_cast<std::int64_t>(row_of_.size()) / (width() * width());
+  const std::int64_t support = width() * width() * width();
+  at_markers.resize(markers, 3);
+  for (std::int64_t m = 0; m < markers; ++m) {
+    double sum[3] = {0.0, 0.0, 0.0};
+    for (std::int64_t n = m * support; n < (m + 1) * support; ++n) {
+      const auto place = static_cast<Eigen::Index>(place_[static_cast<std::size_t>(n)]);
+      const double weight = weight_[static_cast<std::size_t>(n)];
+      for (int axis = 0; axis < 3; ++axis) sum[axis] += weight * at_nodes(place, axis);
+    }
+    for (int axis = 0; axis < 3; ++axis) at_markers(m, axis) = sum[axis];
+  }
+}
+
+void Transfer::spread(const Positions& at_markers, Positions& at_nodes) const {
+  const std::int64_t support = width() * width() * width();
+  at_nodes.setZero(static_cast<Eigen::Index>(nodes_.size()), 3);
+  for (std::int64_t m = 0; m < at_markers.rows(); ++m) {
+    const double force[3] = {at_markers(m, 0), at_markers(m, 1), at_markers(m, 2)};
+    for (std::int64_t n = m * support; n < (m + 1) * support; ++n) {
+      const auto place = static_cast<Eigen::Index>(place_[static_cast<std::size_t>(n)]);
+      const double weight = weight_[static_cast<std::size_t>(n)];
+      for (int axis = 0; axis < 3; ++axis) at_nodes(place, axis) += weight * force[axis];
+    }
+  }
+}
+
+std::int64_t Transfer::width() const {
+  return visit(delta_, [](auto kernel) -> std::int64_t { return decltype(kernel)::width; });
+}
+
+}  // namespace veriflex::coupling

@@ -1,0 +1,116 @@
+#include "scene/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+#include "base/error.hpp"
+
+namespace veriflex::scene {
+
+namespace {
+
+class Stopwatch {
+ public:
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double seconds = std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+    return seconds;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+std::array<bool, 3> closed(const fluid::Spec& spec) {
+  return {spec.walls[0].has_value(), spec.walls[1].has_value(), spec.walls[2].has_value()};
+}
+
+}  // namespace
+
+Positions turned(const Positions& body, int axis) {
+  Positions box(body.rows(), 3);
+  for (int i = 0; i < 3; ++i) box.col((i + axis + 1) % 3) = body.col(i);  // z, the last, goes to `axis`
+  return box;
+}
+
+std::vector<std::int32_t> coupled_nodes(const solid::Network& network, Coupled coupled) {
+  if (coupled == Coupled::Boundary) return solid::boundary_nodes(network);
+  std::vector<int> across(static_cast<std::size_t>(network.node_count()));
+  Eigen::Index along = 0;  // axis of the body: its longest extent
+  (network.rest.colwise().maxCoeff() - network.rest.colwise().minCoeff()).maxCoeff(&along);
+  for (std::size_t b = 0; b < network.bonds.size(); ++b) {
+    if (network.vectors(static_cast<Eigen::Index>(b), along) != 0.0) continue;
+    ++across[static_cast<std::size_t>(network.bonds[b].first)];
+    ++across[static_cast<std::size_t>(network.bonds[b].second)];
+  }
+  std::vector<std::int32_t> nodes;
+  for (std::size_t i = 0; i < across.size(); ++i) {
+    if (coupled == Coupled::All || across[i] < 4) nodes.push_back(static_cast<std::int32_t>(i));
+  }
+  return nodes;
+}
+
+Simulation::Simulation(const fluid::Spec& fluid, Body body, const CouplingSpec& coupling)
+    : coupling_(coupling),
+      body_(std::move(body)),
+      coupled_(coupled_nodes(body_.network, coupling.coupled)),
+      transfer_(fluid.grid, closed(fluid), coupling.delta),
+      fluid_(fluid::make_fluid(fluid)),
+      motion_(body_.material, body_.network, body_.conditions, 1.0, body_.substeps,
+              Positions::Zero(body_.network.node_count(), 3), Positions::Zero(body_.network.node_count(), 3)),
+      markers_(static_cast<Eigen::Index>(coupled_.size()), 3),
+      slip_(markers_.rows(), 3) {}
+
+void Simulation::advance() {
+  Stopwatch watch;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < coupled_.size(); ++i) {
+      markers_(static_cast<Eigen::Index>(i), axis) = coupling_.origin[axis] +
+                                                     body_.network.rest(coupled_[i], axis) +
+                                                     motion_.displacement()(coupled_[i], axis);
+    }
+  }
+  try {
+    transfer_.locate(markers_);
+  } catch (const NumericalFailure& failure) {
+    throw NumericalFailure(fmt::format("step {}: {}", fluid_->steps() + 1, failure.what()));
+  }
+  fluid_->velocities(transfer_.nodes(), at_nodes_);
+  transfer_.interpolate(at_nodes_, wanted_);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < coupled_.size(); ++i) {
+      const auto row = static_cast<Eigen::Index>(i);
+      slip_(row, axis) = wanted_(row, axis) - motion_.half_velocity()(coupled_[i], axis);
+    }
+  }
+  // Each further round adds the slip that the force so far would leave in the fluid: u_f - V
+  // interpolate(spread(F)).
+  Positions missing = slip_;
+  for (int round = 1; round < coupling_.iterations; ++round) {
+    Positions left;
+    transfer_.spread(coupling_.marker_volume * missing, spread_);
+    transfer_.interpolate(spread_, left);
+    missing -= left;
+    wanted_ += missing;
+  }
+  seconds_.coupling += watch.lap();
+
+  motion_.step({coupled_, wanted_, coupling_.marker_volume, coupling_.live}, exchanged_);
+  seconds_.solid += watch.lap();
+
+  transfer_.spread(-exchanged_, spread_);
+  seconds_.coupling += watch.lap();
+
+  fluid_->collide_and_stream({transfer_.nodes(), &spread_});
+  seconds_.fluid += watch.lap();
+}
+
+Positions Simulation::positions() const {
+  return (body_.network.rest + motion_.displacement()).rowwise() + coupling_.origin.transpose();
+}
+
+Vec3 Simulation::momentum() const { return fluid_->totals().momentum + motion_.momentum(); }
+
+}  // namespace veriflex::scene

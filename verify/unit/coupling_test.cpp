@@ -1,0 +1,116 @@
+#include "coupling/transfer.hpp"
+
+#include <cmath>
+#include <numbers>
+#include <random>
+#include <set>
+
+#include "base/error.hpp"
+#include "bond/harmonic.hpp"
+#include "catch.hpp"
+#include "scene/simulation.hpp"
+#include "solid/network.hpp"
+
+using namespace veriflex;
+using namespace veriflex::coupling;
+
+namespace {
+
+const std::array<bool, 3> periodic{false, false, false};
+const Grid box{{12, 9, 7}};
+
+/// Markers anywhere, also several box lengths away, and in clusters that share nodes.
+Positions scattered(int count, double extent, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> place(-extent, extent);
+  return Positions::NullaryExpr(count, 3, [&] { return place(random); });
+}
+
+double weight_directly(Delta delta, const Vec3& X, const Vec3& x) {
+  return visit(delta, [&](auto kernel) {
+    double weight = 1.0;
+    Vec3 distance;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto size = static_cast<double>(box.size[static_cast<std::size_t>(axis)]);
+      distance[axis] = std::remainder(x[axis] - X[axis], size);
+      weight *= kernel.phi(distance[axis]);
+    }
+    return kernel.in_ball && distance.norm() >= 2.0 ? 0.0 : weight;
+  });
+}
+
+}  // namespace
+
+TEST_CASE("Each distinct node under the supports stands in the list once, and has the kernel's weight") {
+  for (const Delta delta : {Delta::Cosine, Delta::CosineBall, Delta::ThreePoint, Delta::FourPoint}) {
+    const Positions X = scattered(6, 40.0, 3);
+    Transfer transfer(box, periodic, delta);
+    transfer.locate(scattered(20, 5.0, 1));  // leaves nothing behind
+    transfer.locate(X);
+    const auto nodes = transfer.nodes();
+    CHECK(std::set<std::int64_t>(nodes.begin(), nodes.end()).size() == nodes.size());
+    for (Eigen::Index m = 0; m < X.rows(); ++m) {
+      Positions force = Positions::Zero(X.rows(), 3);
+      force(m, 1) = 1.0;
+      Positions spread;
+      transfer.spread(force, spread);
+      for (std::int64_t node = 0; node < box.count(); ++node) {
+        const auto at = box.node(node);
+        const double expected =
+            weight_directly(delta, X.row(m), {double(at[0]), double(at[1]), double(at[2])});
+        const auto found = std::find(nodes.begin(), nodes.end(), node);
+        const double weight = found == nodes.end() ? 0.0 : spread(found - nodes.begin(), 1);
+        CHECK(std::abs(weight - expected) < 1e-13);
+      }
+    }
+  }
+}
+
+TEST_CASE("Spreading is the adjoint of interpolating") {
+  for (const Delta delta : {Delta::Cosine, Delta::CosineBall, Delta::ThreePoint, Delta::FourPoint}) {
+    const Positions X = scattered(40, 30.0, 5);
+    Transfer transfer(box, periodic, delta);
+    transfer.locate(X);
+    const Positions u = Positions::Random(static_cast<Eigen::Index>(transfer.nodes().size()), 3);
+    const Positions F = Positions::Random(X.rows(), 3);
+    Positions g, at_markers;
+    transfer.spread(F, g);
+    transfer.interpolate(u, at_markers);
+    CHECK(g.cwiseProduct(u).sum() == Approx(F.cwiseProduct(at_markers).sum()).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("A body and the fluid together keep their momentum to round-off") {
+  for (const bool live : {false, true}) {
+    solid::Network network = solid::cubic_lattice({{3, 3, 6}, 1.0});
+    solid::add_angles(network);
+    scene::Body body{{bond::Harmonic{0.26, 1.0}, 0.025}, network, {}, {4, 0.0}};
+    body.conditions.load = Positions::Zero(network.node_count(), 3);
+    body.conditions.load(0, 0) = 1e-3;  // inner forces only
+    body.conditions.load(1, 0) = -1e-3;
+    scene::Simulation simulation({.grid = {{16, 10, 12}}, .relaxation_time = 0.8}, body,
+                                 {.live = live, .origin = {14.3, 8.2, 9.9}});
+    for (int step = 0; step < 200; ++step) simulation.advance();
+    CHECK(simulation.momentum().norm() < 1e-14);
+    CHECK(simulation.exchanged().norm() > 1e-9);
+  }
+}
+
+TEST_CASE("A marker whose support leaves a walled box stops the run with its place") {
+  Transfer transfer(box, {false, true, false}, Delta::Cosine);
+  Positions X = Positions::Constant(2, 3, 4.0);
+  transfer.locate(X);
+  X(1, 1) = 0.5;
+  CHECK_THROWS_WITH(transfer.locate(X), ContainsSubstring("marker 1 is at y = 0.5"));
+  X(1, 1) = NAN;
+  CHECK_THROWS_WITH(transfer.locate(X), ContainsSubstring("no place in the box"));
+}
+
+TEST_CASE("Turning a body keeps its handedness and lays its axis along the one asked for") {
+  const Positions frame = Mat3::Identity();
+  for (int axis = 0; axis < 3; ++axis) {
+    const Mat3 turned = scene::turned(frame, axis);
+    CHECK(turned.determinant() == 1.0);
+    CHECK(turned(2, axis) == 1.0);
+  }
+}
