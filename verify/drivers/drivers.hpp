@@ -52,6 +52,9 @@ engine::Study read_vortex(const io::Section& top);
 /// Viscosity of a fluid that streams through the lattice.
 engine::Study read_galilean(const io::Section& top);
 
+/// The paper's driven filament with two bond laws, and how far they are apart.   [wu-qi-2014, Sec. 3, Figs. 5-8]
+engine::Study read_filament(const io::Section& top);
+
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
@@ -69,6 +72,7 @@ inline const std::vector<engine::Driver>& all() {
       {"stability", "first time step that a noisy body does not survive", &read_stability},
       {"channel", "flows between walls and through arrays of obstacles", &read_channel},
       {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
+      {"filament", "driven filament in the fluid, one bond law against another", &read_filament},
   };
   return drivers;
 }

@@ -39,8 +39,8 @@ std::array<std::int64_t, 3> read_nodes(const io::Section& solid, const std::stri
 
 }  // namespace
 
-bond::AnyLaw read_law(const io::Section& top) {
-  const io::Section table = top.table("bond");
+bond::AnyLaw read_law(const io::Section& top, const std::string& where) {
+  const io::Section table = top.table(where);
   const std::string name = table.text("law");
   try {
     return bond::make_law(name, [&](const std::string& parameter) -> std::optional<double> {
@@ -211,6 +211,33 @@ observe::Watch read_watch(const io::Section& top) {
                "Give for example 0.3");
   }
   return watch;
+}
+
+scene::CouplingSpec read_coupling(const io::Section& top) {
+  scene::CouplingSpec spec;
+  if (!top.has("coupling")) return spec;
+  const io::Section table = top.table("coupling");
+  if (table.has("delta")) {
+    const std::string name = table.choice("delta", {"cosine", "cosine-ball", "3-point", "4-point"});
+    spec.delta = name == "cosine"        ? coupling::Delta::Cosine
+                 : name == "cosine-ball" ? coupling::Delta::CosineBall
+                 : name == "3-point"     ? coupling::Delta::ThreePoint
+                                         : coupling::Delta::FourPoint;
+  }
+  if (table.has("nodes")) {
+    const std::string name = table.choice("nodes", {"boundary", "ring", "all"});
+    spec.coupled = name == "boundary" ? scene::Coupled::Boundary
+                   : name == "ring"   ? scene::Coupled::Ring
+                                      : scene::Coupled::All;
+  }
+  spec.marker_volume = table.number("marker_volume", spec.marker_volume);
+  if (!(spec.marker_volume > 0.0)) {
+    table.fail("marker_volume", fmt::format("'marker_volume' is {}", spec.marker_volume),
+               "it must be positive", "1 is the paper's, one lattice cell");
+  }
+  spec.live = table.flag("live", spec.live);
+  if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations", 1, 100));
+  return spec;
 }
 
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene) {

@@ -6,11 +6,12 @@
 #include "io/document.hpp"
 #include "observe/watch.hpp"
 #include "scene/plan.hpp"
+#include "scene/simulation.hpp"
 
 namespace veriflex::engine {
 
-/// [bond]: `law` and that law's parameters.
-bond::AnyLaw read_law(const io::Section& top);
+/// [bond], or another table of the same form: `law` and that law's parameters.
+bond::AnyLaw read_law(const io::Section& top, const std::string& where = "bond");
 
 /// What follows from that law, with a law that has no rest length reported at its place in the case.
 bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law);
@@ -32,6 +33,10 @@ fluid::Shape read_obstacle(const io::Section& fluid);
 
 /// [watch]: when a fluid is looked after, and how fast it may become. The table may be absent.
 observe::Watch read_watch(const io::Section& top);
+
+/// [coupling]: `delta`, `nodes`, `marker_volume`, `live`, `iterations`; all have defaults, and so the table
+/// may be absent.
+scene::CouplingSpec read_coupling(const io::Section& top);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene);

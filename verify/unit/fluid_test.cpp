@@ -63,7 +63,7 @@ double departure_from_plain(const Spec& spec) {
       const Populations expected = plain.populations(static_cast<std::int64_t>(node));
       for (std::size_t q = 0; q < Q; ++q) {
         const double error = std::abs(h[node][q] - expected[q]);
-        worst = error <= worst ? worst : error;  // keeps what is not a number
+        worst = error <= worst || std::isnan(worst) ? worst : error;
       }
     }
   }

@@ -1,0 +1,153 @@
+#include "drivers/filament_run.hpp"
+
+#include <cmath>
+#include <numbers>
+
+namespace veriflex::drivers {
+
+namespace {
+
+scene::Body body_of(const Stroke& stroke, std::vector<std::int32_t>& axis,
+                    std::vector<std::int32_t>& driven) {
+  solid::Network network = solid::rod_lattice(stroke.rod);
+  if (stroke.angle_stiffness != 0.0) solid::add_angles(network);
+  const double end = stroke.length();
+  for (Eigen::Index i = 0; i < network.node_count(); ++i) {
+    const bool on_axis = network.rest(i, 0) == 0.0 && network.rest(i, 1) == 0.0;
+    if (on_axis) axis.push_back(static_cast<std::int32_t>(i));
+    const bool at_end = network.rest(i, 2) > end - 0.5 * stroke.rod.spacing;
+    if (at_end && (on_axis || stroke.driven == Driven::Section))
+      driven.push_back(static_cast<std::int32_t>(i));
+  }
+  network.rest = scene::turned(network.rest, 1);
+  network.vectors = scene::turned(network.vectors, 1);
+  solid::Conditions conditions;
+  conditions.node_mass = stroke.node_mass;
+  conditions.drive =
+      solid::Drive{driven, 2, stroke.amplitude, stroke.omega(), stroke.ramp_periods * stroke.period()};
+  return {{stroke.law, stroke.angle_stiffness}, std::move(network), conditions, stroke.substeps};
+}
+
+Vec3 middle_of(const Stroke& stroke) {
+  Vec3 middle = stroke.offset;
+  for (int i = 0; i < 3; ++i)
+    middle[i] += static_cast<double>(stroke.fluid.grid.size[static_cast<std::size_t>(i)] / 2);
+  middle[1] -= 0.5 * stroke.length();  // the free end
+  return middle;
+}
+
+/// Smallest and largest bond strain now, and where along the rod.
+void watch_strains(const scene::Simulation& simulation, double spacing, double time, bool last_period,
+                   StrokeResult& seen, Moment& moment) {
+  const solid::Network& network = simulation.network();
+  const Positions& u = simulation.solid().displacement();
+  moment.least_strain = INFINITY;
+  moment.greatest_strain = -INFINITY;
+  for (std::size_t b = 0; b < network.bonds.size(); ++b) {
+    const auto [i, j] = network.bonds[b];
+    const Vec3 d = network.vectors.row(static_cast<Eigen::Index>(b)) + (u.row(j) - u.row(i));
+    const double strain = d.norm() / spacing - 1.0;
+    moment.least_strain = std::min(moment.least_strain, strain);
+    moment.greatest_strain = std::max(moment.greatest_strain, strain);
+    const double place = 0.5 * (network.rest(i, 1) + network.rest(j, 1));
+    if (strain < seen.least_strain) {
+      seen.least_strain = strain;
+      seen.least_strain_time = time;
+      seen.least_strain_place = place;
+    }
+    if (strain > seen.greatest_strain) {
+      seen.greatest_strain = strain;
+      seen.greatest_strain_time = time;
+      seen.greatest_strain_place = place;
+    }
+    if (last_period) {
+      const double bin = (strain - strain_bin_lo) / (strain_bin_hi - strain_bin_lo) * strain_bins;
+      seen.histogram[static_cast<std::size_t>(std::clamp(std::floor(bin), 0.0, strain_bins - 1.0))] += 1.0;
+    }
+  }
+}
+
+CentreLine line_of(const Positions& u, const solid::Network& network, const std::vector<std::int32_t>& axis) {
+  CentreLine line(static_cast<Eigen::Index>(axis.size()), 3);
+  for (std::size_t s = 0; s < axis.size(); ++s) {
+    line.row(static_cast<Eigen::Index>(s)) = network.rest.row(axis[s]) + u.row(axis[s]);
+  }
+  return line;
+}
+
+}  // namespace
+
+double Stroke::omega() const {
+  return reynolds * fluid::viscosity(fluid.relaxation_time) / (amplitude * length());
+}
+
+double Stroke::period() const { return 2.0 * std::numbers::pi / omega(); }
+
+StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress) {
+  std::vector<std::int32_t> axis, driven;
+  scene::Body body = body_of(stroke, axis, driven);
+  scene::CouplingSpec coupling = stroke.coupling;
+  coupling.origin = middle_of(stroke);
+  scene::Simulation simulation(stroke.fluid, std::move(body), coupling);
+
+  StrokeResult seen;
+  seen.histogram.assign(strain_bins, 0.0);
+  const double period = stroke.period();
+  const auto steps = static_cast<std::int64_t>(std::ceil(stroke.periods * period));
+  const auto every = std::max<std::int64_t>(1, std::llround(period / 64.0));
+  seen.work.assign(static_cast<std::size_t>(stroke.periods), 0.0);
+  int next_phase = 1;
+  Positions before = simulation.solid().displacement();
+  double momentum_before = simulation.solid().momentum()[2];
+  for (std::int64_t step = 1; step <= steps; ++step) {
+    simulation.advance();
+    observe::check_when_due(simulation.fluid(), stroke.watch);
+    const auto time = static_cast<double>(step);
+    const Positions& now = simulation.solid().displacement();
+
+    // The drive's force is what is left of the body's momentum balance: inner forces add up to nothing.
+    const double momentum = simulation.solid().momentum()[2];
+    const double force = momentum - momentum_before - simulation.exchanged().col(2).sum();
+    momentum_before = momentum;
+    const auto in_period =
+        std::min<std::int64_t>(static_cast<std::int64_t>((time - 0.5) / period), stroke.periods - 1);
+    seen.work[static_cast<std::size_t>(in_period)] +=
+        force * (now(driven.front(), 2) - before(driven.front(), 2));
+
+    while (next_phase * period / phases_per_period <= time &&
+           next_phase <= stroke.periods * phases_per_period) {
+      const double part = next_phase * period / phases_per_period - (time - 1.0);  // linear between two steps
+      const Positions between = (1.0 - part) * before + part * now;
+      seen.lines.push_back(line_of(between, simulation.network(), axis));
+      seen.centre.push_back(between.colwise().mean().transpose());
+      ++next_phase;
+    }
+    before = now;
+    if (step % every == 0 || step == steps) {
+      Moment moment{};
+      moment.time = time / period;
+      moment.drive = now(driven.front(), 2);
+      moment.force = force;
+      moment.centre_y = now.col(1).mean();
+      moment.slip =
+          std::sqrt(simulation.slip().squaredNorm() / static_cast<double>(simulation.slip().rows()));
+      watch_strains(simulation, stroke.rod.spacing, moment.time, time > (stroke.periods - 1) * period, seen,
+                    moment);
+      seen.history.push_back(moment);
+      progress.show(name, static_cast<std::size_t>(step), static_cast<std::size_t>(steps));
+    }
+    if (step % stroke.watch.every == 0 || step == steps) {
+      seen.greatest_mach = std::max(seen.greatest_mach, simulation.fluid().extremes().greatest_speed /
+                                                            std::sqrt(fluid::sound_speed_squared));
+    }
+  }
+  double bonds = 0.0;
+  for (const double share : seen.histogram) bonds += share;
+  for (double& share : seen.histogram) share /= bonds;
+  seen.touched_nodes = simulation.touched_nodes();
+  seen.seconds = simulation.seconds();
+  seen.steps = steps;
+  return seen;
+}
+
+}  // namespace veriflex::drivers

@@ -1,0 +1,76 @@
+/// One filament driven at one end through one fluid, and what is seen of it.          [wu-qi-2014, Sec. 3,
+/// Figs. 5-8]
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "base/progress.hpp"
+#include "engine/cost.hpp"
+#include "observe/watch.hpp"
+#include "scene/simulation.hpp"
+
+namespace veriflex::drivers {
+
+/// What is driven at the far end: one node, as the paper says, or the whole end section.
+enum class Driven { Node, Section };
+
+struct Stroke {
+  fluid::Spec fluid;
+  solid::Rod rod;  // lies along y, its driven end at larger y
+  bond::AnyLaw law;
+  double angle_stiffness;  // [M L^2 T^-2]
+  double node_mass;        // [M]
+  solid::Substeps substeps;
+  scene::CouplingSpec coupling;
+  Vec3 offset;       // of the rod's axis from the middle of the box  [L]
+  double amplitude;  // z0  [L]
+  double reynolds;   // z0 omega L / nu
+  Driven driven;
+  double ramp_periods;  // 0: z0 sin(omega t) from rest
+  int periods;
+  observe::Watch watch;
+
+  double length() const { return static_cast<double>(rod.sections - 1) * rod.spacing; }
+  double omega() const;   // [T^-1]
+  double period() const;  // [T]
+};
+
+constexpr int phases_per_period = 8;
+
+/// The axis nodes at one phase, section by section from the free end, relative to the rod's place before the
+/// start.
+using CentreLine = Positions;
+
+struct Moment {
+  double time;          // in periods
+  double drive;         // z of the driven node  [L]
+  double force;         // that the drive exerts along z  [M L T^-2]
+  double centre_y;      // displacement of the body's centre of mass  [L]
+  double slip;          // root mean square over the coupled nodes  [L T^-1]
+  double least_strain;  // of any bond
+  double greatest_strain;
+};
+
+struct StrokeResult {
+  std::vector<CentreLine> lines;  // phases_per_period for each period, at k T/8, k = 1 ...
+  std::vector<Vec3> centre;       // centre of mass at the same times
+  std::vector<Moment> history;    // about 64 a period
+  std::vector<double> work;       // of the drive, per period  [M L^2 T^-2]
+  double least_strain = 0.0, greatest_strain = 0.0;
+  double least_strain_time = 0.0, greatest_strain_time = 0.0;    // in periods
+  double least_strain_place = 0.0, greatest_strain_place = 0.0;  // along the axis, 0 at the free end  [L]
+  std::vector<double> histogram;  // of r/r0 in the last period, shares of strain_bins
+  double greatest_mach = 0.0;
+  std::size_t touched_nodes = 0;
+  scene::Simulation::Seconds seconds;
+  std::int64_t steps = 0;
+};
+
+constexpr int strain_bins = 80;
+constexpr double strain_bin_lo = -0.4, strain_bin_hi = 0.6;
+
+/// Throws NumericalFailure when the run leaves its validity.
+StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress);
+
+}  // namespace veriflex::drivers
