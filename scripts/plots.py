@@ -350,7 +350,8 @@ def curve_error(result, record, key):
 
 
 def label_points(axes, steps):
-    """Few points of a logarithmic abscissa are its ticks: a range of less than a decade would label all minor ones."""
+    """Few points of a logarithmic abscissa are its ticks, those that have room: a range of less than a decade would
+    label all minor ones."""
     if len(steps) > 8:
         return
     room = 0.13 * np.log(steps[-1] / steps[0])  # that a label takes

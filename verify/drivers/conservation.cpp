@@ -59,7 +59,8 @@ std::vector<Wave> disorder(const Grid& grid) {
           2.0 * std::numbers::pi * std::round(2.0 * number()) / static_cast<double>(grid.size[axis]);
     }
     wave.phase = std::numbers::pi * number();
-    wave.velocity = Vec3(number(), number(), number()).normalized();
+    for (int axis = 0; axis < 3; ++axis) wave.velocity[axis] = number();
+    wave.velocity.normalize();
     wave.density = number();
     all.push_back(wave);
   }

@@ -131,7 +131,8 @@ TEST_CASE("A flow that breaks ends the run with step and place") {
   CHECK_THAT(unstable.err, ContainsSubstring(", node ("));
   CHECK_THAT(unstable.err, ContainsSubstring(", it must stay above 0"));
 
-  const unit::Ran fast = run_case("conservation-periodic", {"conservation.velocity=0.15"});
+  const unit::Ran fast =
+      run_case("conservation-periodic", {"conservation.velocity=0.15", "watch={ every = 1 }"});
   INFO(fast.err);
   CHECK(fast.code == 3);
   CHECK_THAT(fast.err, ContainsSubstring("the limit is 0.3 (watch.mach_limit)"));
