@@ -1,13 +1,20 @@
-# Two commands: `make verify` (verdicts and a report), `make test` (unit tests and the quick tier).
+# Three commands: `make verify` (verdicts and a report), `make test` (unit tests and the quick tier), `make bench` (what
+# the hot loops cost on this machine, as JSON in build/bench; no verdict).
 # Everything else is CMake's: cmake --preset release, ctest --preset quick, ...
 
-.PHONY: verify test build deps clean
+.PHONY: verify test bench build deps clean
 
 verify: build
 	@cmake --build --preset release --target verify
 
 test: build
 	@ctest --preset test
+
+bench: deps
+	@cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
+	@mkdir -p build/bench
+	@cmake --build --preset release --target veriflex_solid_bench
+	@build/release/veriflex_solid_bench --benchmark_out=build/bench/solid.json --benchmark_out_format=json
 
 build: deps
 	@cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }

@@ -354,6 +354,12 @@ def label_points(axes, steps):
     """Few points of a logarithmic abscissa are its ticks: a range of less than a decade would label all minor ones."""
     if len(steps) > 8:
         return
+    room = 0.13 * np.log(steps[-1] / steps[0])  # that a label takes
+    kept = [steps[0]]
+    for step in steps[1:]:
+        if np.log(step / kept[-1]) >= room:
+            kept.append(step)
+    steps = kept
     axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
     axes.set_xticks([], minor=True)
 
@@ -552,6 +558,116 @@ def galilean(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def pairs(record):
+    """Names of columns that have an exact counterpart `<name>_exact`."""
+    return [name for name in record.columns if name + "_exact" in record.columns]
+
+
+def profile(result, record, key):
+    """Profiles (points) and exact ones (lines) against the first column; below, their difference."""
+    names = pairs(record)
+    if not names or len(record) < 2:
+        return None
+    drawing, (above, below) = canvas(2, height=4.6, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
+    place = next(iter(record.columns.values()))
+    handles = []
+    for number, (name, marker) in enumerate(zip(names, "osD^vx")):
+        colour = f"C{number}"
+        exact = record[name + "_exact"]
+        above.plot(place.values, exact, color=colour, linestyle="-", linewidth=1)
+        label = quantity(name.replace("_", " "), record.columns[name].symbol, "")
+        style = dict(color=colour, marker=marker, markersize=3.5, markerfacecolor="none")
+        handles += above.plot(place.values, record[name], linestyle="none", label=label, **style)
+        below.plot(place.values, record[name] - exact, linestyle="-", linewidth=0.8, **style)
+    handles.append(Line2D([], [], color="#555555", linestyle="-", linewidth=1, label="exact"))
+    below.axhline(0, **MARK)
+    below.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3), useMathText=True)
+    above.set_ylabel("velocity over its scale [1]")
+    below.set_ylabel("difference [1]")
+    below.set_xlabel(column_label(place))
+    legend_above(above, handles)
+    caption = f"{record.title}; below, the difference to the exact one."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def slip(result, record, key):
+    """Slip at the wall against the relaxation time."""
+    if not drawable(record, "relaxation_time", "slip_first_order", "slip_guo", "slip_exact", "slip_bare"):
+        return None
+    drawing, (axes,) = canvas()
+    tau = record["relaxation_time"]
+    handles = axes.plot(tau, record["slip_exact"], color="C0", linestyle="-", label="exact")
+    open_style = dict(linestyle="none", markerfacecolor="none")
+    label = "first order, Σ f c + g/2"
+    handles += axes.plot(tau, record["slip_first_order"], "o", color="C0", label=label, **open_style)
+    handles += axes.plot(tau, record["slip_guo"], "x", color="C1", label="Guo, Σ f c + g/2", **open_style)
+    handles += axes.plot(tau, record["slip_bare"], "s", color="C2", label="bare Σ f c", **open_style)
+    axes.axhline(0, **MARK)
+    axes.set_xlabel(column_label(record.columns["relaxation_time"]))
+    axes.set_ylabel("slip over force [T]")
+    legend_above(axes, handles)
+    caption = "Slip of half-way bounce-back over the force; where it is zero, the wall sits half-way."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def section(result, record, key):
+    """Velocity in a square section: measured as colours, exact as lines of the same levels."""
+    side = round(len(record) ** 0.5)
+    if not drawable(record, "y", "z", "velocity", "velocity_exact") or side * side != len(record):
+        return None
+    drawing, (axes,) = canvas(height=4.0)
+    grid = [record[name].reshape(side, side) for name in ("y", "z", "velocity", "velocity_exact")]
+    levels = np.linspace(0, 1, 11)
+    drawn = axes.contourf(*grid[:3], levels=levels, cmap="Blues", extend="max")
+    axes.contour(grid[0], grid[1], grid[3], levels=levels[1:-1], colors="#222222", linewidths=0.7)
+    axes.set_aspect("equal")
+    axes.set_xlabel(column_label(record.columns["y"]))
+    axes.set_ylabel(column_label(record.columns["z"]))
+    drawing.colorbar(drawn, ax=axes, label=column_label(record.columns["velocity"]))
+    caption = f"{record.title}: measured (colours) and exact (lines, at the edges of the colours)."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def drag(result, record, key):
+    """Drag of an array against the resolution; below, what size of obstacle it is the drag of."""
+    if not drawable(record, "nodes", "drag", "drag_exact", "drag_of_voxels", "voxels_larger", "drag_larger"):
+        return None
+    drawing, (above, below) = canvas(2, height=5.0, sharex=True)
+    nodes = record["nodes"]
+    handles = above.plot(nodes, record["drag"], "o-", color="C0", label="measured")
+    handles += above.plot(nodes, record["drag_exact"], "-", color="#222222", linewidth=1, label="exact")
+    of_voxels = dict(linestyle="--", marker="s", color="C1", markerfacecolor="none")
+    handles += above.plot(nodes, record["drag_of_voxels"], label="exact, volume of the voxels", **of_voxels)
+    above.set_ylabel(column_label(record.columns["drag"]))
+    legend_above(above, handles)
+    handles = below.plot(nodes, record["drag_larger"], "o-", color="C0", label="as the drag says")
+    handles += below.plot(nodes, record["voxels_larger"], label="as the voxels' volume says", **of_voxels)
+    below.axhline(0, **MARK)
+    below.set_ylim(-0.5, 0.5)
+    below.set_ylabel("radius beyond the true one [L]")
+    below.set_xlabel("nodes across a cell [1]")
+    legend_above(below, handles)
+    caption = "Drag against resolution, and the radius that explains it: a staircase is off by a fraction of a spacing."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def drift(result, record, key):
+    """What should not change, against time: every column, logarithmic."""
+    first, *runs = record.columns.values()
+    drawing, (axes,) = canvas(height=3.5)
+    handles = []
+    for number, column in enumerate(runs):
+        # A logarithm has no place for what did not change at all.
+        values = np.where(column.values > 0, column.values, np.nan)
+        style = dict(marker=".", color=f"C{number}", linestyle="-", linewidth=0.9)
+        handles += axes.plot(first.values, values, label=column.name.replace("_", " "), **style)
+    axes.set_yscale("log")
+    axes.set_xlabel(column_label(first))
+    axes.set_ylabel(quantity("departure per node", "", runs[0].dimension))
+    legend_above(axes, handles)
+    return Figure(record.title + ".", inline_svg(drawing, key, record.title))
+
+
 def boundary(result, record, key):
     """First failing time step and the linear limit, against whichever of noise and pre-strain varies."""
     if not drawable(record, "amplitude", "prestrain", "dt", "dt_least", "dt_largest", "linear_limit"):
@@ -577,6 +693,48 @@ def boundary(result, record, key):
     axes.set_ylabel("time step [T]")
     legend_above(axes, handles)
     caption = "Time step at which leap-frog first fails, and where small oscillations become unstable."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def elastica(result, record, key):
+    """Tip of the bent beam, one marker per length, on the curve of the elastica; deflection above, reach below."""
+    exact = result.records.get("elastica_exact")
+    if not drawable(record, "length", "load", "deflection", "reach") or not drawable(exact, "load", "deflection", "reach"):
+        return None
+    drawing, panels = canvas(2, height=5.0, sharex=True)
+    lengths = np.unique(record["length"])
+    for axes, name in zip(panels, ("deflection", "reach")):
+        handles = axes.plot(exact["load"], exact[name], "-", color="#222222", linewidth=1.2, label="elastica")
+        for number, (length, marker) in enumerate(zip(lengths, "os^Dvx*P")):
+            rows = record["length"] == length
+            handles += axes.plot(
+                record["load"][rows], record[name][rows], marker, color=f"C{number % 6}", linestyle="none",
+                markerfacecolor="none", label=f"L = {length:.4g}",
+            )  # fmt: skip
+        axes.set_ylabel(f"{name} over length [1]")
+    legend_above(panels[0], handles)
+    panels[-1].set_xlabel(column_label(record.columns["load"]))
+    caption = "Tip of the clamped beam under a dead load: along the load (above) and along the undeformed axis (below)."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def buckling(result, record, key):
+    """Critical load over Euler's against slenderness, beside the two theories with shear."""
+    if not drawable(record, "length", "load", "euler", "engesser", "haringx"):
+        return None
+    drawing, (axes,) = canvas()
+    length, euler = record["length"], record["euler"]
+    handles = axes.plot(length, record["load"] / euler, "o", color="C0", markerfacecolor="none", label="measured")
+    handles += axes.plot(length, record["engesser"] / euler, "-", color="C1", label="Engesser: thrust along the axis")
+    handles += axes.plot(length, record["haringx"] / euler, ":", color="C2", label="Haringx: thrust normal to sections")
+    handles.append(Line2D([], [], label="Euler", **MARK))
+    axes.axhline(1, **MARK)
+    axes.set_xscale("log")
+    label_points(axes, length)
+    axes.set_xlabel(column_label(record.columns["length"]))
+    axes.set_ylabel("critical load over Euler's [1]")
+    legend_above(axes, handles)
+    caption = "Critical load of the pinned column over Euler's; both theories with shear are those of the compressed lattice."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
@@ -679,7 +837,8 @@ def bond_laws_secant(results, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
-# Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others.
+# Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others;
+# what `couette` holds is round-off.
 KINDS = {
     "potential": (potential_energy, tension),
     "stress_strain": (stress_strain, curve_error, moduli, moduli_near_rest),
@@ -691,6 +850,17 @@ KINDS = {
     "storage": (storage,),
     "galilean": (galilean,),
     "boundary": (boundary,),
+    "elastica": (elastica,),
+    "buckling": (buckling,),
+    "elastica_exact": (),
+    "profile": (profile,),
+    "slip": (slip,),
+    "section": (section,),
+    "drag": (drag,),
+    "couette": (),
+    "drift_of_mass": (drift,),
+    "drift_of_momentum": (drift,),
+    "drift_of_staggered_momentum": (drift,),
     "validity": (),
 }
 

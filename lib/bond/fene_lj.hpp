@@ -56,9 +56,9 @@ struct FeneLj {
   double tension(double r) const {
     const double x = r / reach;
     const double fene = attraction * r / ((1.0 - x) * (1.0 + x));
-    if (r >= cutoff) return fene;
     const double s6 = sixth_power(diameter / r);
-    return fene - 24.0 * depth / r * (2.0 * s6 * s6 - s6);
+    const double lj = 24.0 * depth / r * (2.0 * s6 * s6 - s6);
+    return r < cutoff ? fene - lj : fene;  // without a branch, so that loops become vector instructions
   }
   double stiffness(double r) const {
     const double x = r / reach;

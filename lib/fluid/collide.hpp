@@ -9,6 +9,7 @@
 
 #include <type_traits>
 
+#include "fluid/lanes.hpp"
 #include "fluid/lattice.hpp"
 
 namespace veriflex::fluid {
@@ -29,37 +30,41 @@ struct Collision {
 };
 
 /// h holds the populations before the collision, and after it those that leave: h[q] along c[q].
+///
+/// With pairs' half sums e and half differences o, s = h + h_opposite, a = h - h_opposite, k = (1 - omega)/2:
+///   e = k s + w [omega (rho - 1) - 3/2 u.N + 9/2 (c.u)(c.N)],   o = k a + 3 w c.M,   h = e + o, h_opposite =
+///   e - o
+/// where M = omega J, N = M without force. Everything is scaled such that most constants disappear: U = 3/2
+/// u, and M and N over 24, so that 3 w c.M = c.M and 9/2 w (c.u)(c.N) = (c.U)(c.N) for the diagonal pairs.
 template <class Force, class Real, class V>
 inline void collide(const Collision<Real>& law, V (&h)[Q]) {
   constexpr bool forced = !std::is_same_v<Force, NoForce>;
   constexpr bool second_order = std::is_same_v<Force, GuoForce>;
-  constexpr Real axis = Real(1) / Real(9);
-  constexpr Real diagonal = Real(1) / Real(72);
-  const Real omega = law.omega;
-  const Real keep = Real(0.5) * (Real(1) - omega);
+  const auto all = [](Real value) { return V{} + value; };
+  const V k = all(Real(0.5) * (Real(1) - law.omega));
+  const V half = all(Real(0.5));
 
   const V s0 = h[1] + h[2], s1 = h[3] + h[4], s2 = h[5] + h[6];
   const V s3 = h[7] + h[8], s4 = h[9] + h[10], s5 = h[11] + h[12], s6 = h[13] + h[14];
   const V a3 = h[7] - h[8], a4 = h[9] - h[10], a5 = h[11] - h[12], a6 = h[13] - h[14];
   const V density = h[0] + (((s0 + s1) + s2) + ((s3 + s4) + (s5 + s6)));  // rho - 1
-  const V jx = (h[1] - h[2]) + ((a3 + a4) + (a5 + a6));
-  const V jy = (h[3] - h[4]) + ((a3 + a4) - (a5 + a6));
-  const V jz = (h[5] - h[6]) + ((a3 - a4) + (a5 - a6));
+  V jx = (h[1] - h[2]) + ((a3 + a4) + (a5 + a6));
+  V jy = (h[3] - h[4]) + ((a3 + a4) - (a5 + a6));
+  V jz = (h[5] - h[6]) + ((a3 - a4) + (a5 - a6));
 
-  // J = rho u; M, N: what the odd and the even parts relax to, with the force in it.
-  V Jx = jx, Jy = jy, Jz = jz;
+  V Jx = jx, Jy = jy, Jz = jz;  // rho u
   if constexpr (second_order) {
     Jx += Real(0.5) * law.g[0];
     Jy += Real(0.5) * law.g[1];
     Jz += Real(0.5) * law.g[2];
   }
-  const V inverse = Real(1) / (Real(1) + density);
-  const V ux = Jx * inverse, uy = Jy * inverse, uz = Jz * inverse;
-  V Nx = omega * Jx, Ny = omega * Jy, Nz = omega * Jz;
+  const V inverse = Real(1.5) / (Real(1) + density);
+  const V Ux = Jx * inverse, Uy = Jy * inverse, Uz = Jz * inverse;
+  const Real rate = law.omega / Real(24);
+  V Nx = rate * Jx, Ny = rate * Jy, Nz = rate * Jz;
   V Mx = Nx, My = Ny, Mz = Nz;
-  V after_x = jx, after_y = jy, after_z = jz;  // momentum after the collision
   if constexpr (forced) {
-    const Real part = second_order ? Real(1) - Real(0.5) * omega : Real(1);
+    const Real part = (second_order ? Real(1) - Real(0.5) * law.omega : Real(1)) / Real(24);
     Mx += part * law.g[0];
     My += part * law.g[1];
     Mz += part * law.g[2];
@@ -68,31 +73,34 @@ inline void collide(const Collision<Real>& law, V (&h)[Q]) {
       Ny += Real(2) * part * law.g[1];
       Nz += Real(2) * part * law.g[2];
     }
-    after_x += law.g[0];
-    after_y += law.g[1];
-    after_z += law.g[2];
+    jx += law.g[0];  // momentum after the collision
+    jy += law.g[1];
+    jz += law.g[2];
   }
 
-  const V xx = ux * Nx, yy = uy * Ny, zz = uz * Nz;
-  const V base = omega * density - Real(1.5) * ((xx + yy) + zz);
-  const V e0 = keep * s0 + axis * (base + Real(4.5) * xx);
-  const V e1 = keep * s1 + axis * (base + Real(4.5) * yy);
-  const V e2 = keep * s2 + axis * (base + Real(4.5) * zz);
-  const V up = ux + uy, um = ux - uy, np = Nx + Ny, nm = Nx - Ny;
-  const V e3 = keep * s3 + diagonal * (base + Real(4.5) * ((up + uz) * (np + Nz)));
-  const V e4 = keep * s4 + diagonal * (base + Real(4.5) * ((up - uz) * (np - Nz)));
-  const V e5 = keep * s5 + diagonal * (base + Real(4.5) * ((um + uz) * (nm + Nz)));
-  const V e6 = keep * s6 + diagonal * (base + Real(4.5) * ((um - uz) * (nm - Nz)));
-  const V mp = Mx + My, mm = Mx - My;
-  const V o3 = keep * a3 + Real(3) * diagonal * (mp + Mz);
-  const V o4 = keep * a4 + Real(3) * diagonal * (mp - Mz);
-  const V o5 = keep * a5 + Real(3) * diagonal * (mm + Mz);
-  const V o6 = keep * a6 + Real(3) * diagonal * (mm - Mz);
-  const V o0 = Real(0.5) * after_x - ((o3 + o4) + (o5 + o6));
-  const V o1 = Real(0.5) * after_y - ((o3 + o4) - (o5 + o6));
-  const V o2 = Real(0.5) * after_z - ((o3 - o4) + (o5 - o6));
+  const V xx = Ux * Nx, yy = Uy * Ny, zz = Uz * Nz;
+  const V eight = all(Real(8));
+  const V base = multiply_add(all(Real(-1) / Real(3)), (xx + yy) + zz, (law.omega / Real(72)) * density);
+  const V base8 = eight * base;
+  const V e0 = multiply_add(k, s0, multiply_add(eight, xx, base8));
+  const V e1 = multiply_add(k, s1, multiply_add(eight, yy, base8));
+  const V e2 = multiply_add(k, s2, multiply_add(eight, zz, base8));
+  const V Up = Ux + Uy, Um = Ux - Uy, Np = Nx + Ny, Nm = Nx - Ny;
+  const V e3 = multiply_add(k, s3, multiply_add(Up + Uz, Np + Nz, base));
+  const V e4 = multiply_add(k, s4, multiply_add(Up - Uz, Np - Nz, base));
+  const V e5 = multiply_add(k, s5, multiply_add(Um + Uz, Nm + Nz, base));
+  const V e6 = multiply_add(k, s6, multiply_add(Um - Uz, Nm - Nz, base));
+  const V Mp = Mx + My, Mm = Mx - My;
+  const V o3 = multiply_add(k, a3, Mp + Mz);
+  const V o4 = multiply_add(k, a4, Mp - Mz);
+  const V o5 = multiply_add(k, a5, Mm + Mz);
+  const V o6 = multiply_add(k, a6, Mm - Mz);
+  const V o34 = o3 + o4, o56 = o5 + o6;
+  const V o0 = multiply_add(half, jx, -(o34 + o56));
+  const V o1 = multiply_add(half, jy, o56 - o34);
+  const V o2 = multiply_add(half, jz, (o4 - o3) + (o6 - o5));
 
-  h[0] = density - Real(2) * (((e0 + e1) + e2) + ((e3 + e4) + (e5 + e6)));
+  h[0] = multiply_add(all(Real(-2)), ((e0 + e1) + e2) + ((e3 + e4) + (e5 + e6)), density);
   h[1] = e0 + o0;
   h[2] = e0 - o0;
   h[3] = e1 + o1;

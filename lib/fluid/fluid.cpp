@@ -15,12 +15,13 @@ namespace {
 
 constexpr std::int64_t cache_line = 64;
 
-/// Bytes from one population's array to the next: rows, and padding to an odd number of cache lines, so that
-/// equal places of the fifteen arrays do not fall into the same sets of the caches.
+/// Bytes from one population's array to the next: rows, and padding to five lines beyond a page. Equal places
+/// of the fifteen arrays then differ in their last twelve bits, by which processors first compare the
+/// addresses of loads with those of earlier stores, and do not fall into the same sets of the caches.
 std::int64_t stride_bytes(const Spec& spec) {
+  const std::int64_t page = 4096;
   const std::int64_t bytes = spec.grid.count() * (spec.storage == Storage::Double ? 8 : 4);
-  const std::int64_t lines = (bytes + cache_line - 1) / cache_line;
-  return (lines | 1) * cache_line;
+  return (bytes + page - 1) / page * page + 5 * cache_line;
 }
 
 constexpr std::array<std::int64_t, 3> velocity(int q) {

@@ -1,9 +1,14 @@
 /// Several neighbouring numbers in one vector register, as the compilers' own vector types.
 #pragma once
 
+#if defined(__FMA__)
+#include <immintrin.h>
+#endif
+
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <type_traits>
 #include <utility>
 
 namespace veriflex::fluid {
@@ -15,6 +20,34 @@ constexpr std::size_t register_bytes = 32;
 #else
 constexpr std::size_t register_bytes = 16;
 #endif
+
+/// a b + c, rounded once where the machine can: written out, because a compiler that fuses as it likes may do
+/// so in one variant of a loop and not in another, which would then differ in the last bit.
+template <class V>
+inline V multiply_add(const V& a, const V& b, const V& add) {
+#if defined(__FMA__)
+  if constexpr (std::is_floating_point_v<V>) {
+    if constexpr (sizeof(V) == 8) {
+      return __builtin_fma(a, b, add);
+    } else {
+      return __builtin_fmaf(a, b, add);
+    }
+  } else {
+    constexpr bool is_double = sizeof(a[0]) == 8;
+#if defined(__AVX512F__)
+    if constexpr (sizeof(V) == 64 && is_double) return (V)_mm512_fmadd_pd((__m512d)a, (__m512d)b, (__m512d)add);
+    if constexpr (sizeof(V) == 64 && !is_double) return (V)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)add);
+#endif
+    if constexpr (sizeof(V) == 32 && is_double) return (V)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)add);
+    if constexpr (sizeof(V) == 32 && !is_double) return (V)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)add);
+    if constexpr (sizeof(V) == 16 && is_double) return (V)_mm_fmadd_pd((__m128d)a, (__m128d)b, (__m128d)add);
+    if constexpr (sizeof(V) == 16 && !is_double) return (V)_mm_fmadd_ps((__m128)a, (__m128)b, (__m128)add);
+    if constexpr (sizeof(V) == 8) return V{multiply_add(a[0], b[0], add[0]), multiply_add(a[1], b[1], add[1])};
+  }
+#else
+  return a * b + add;
+#endif
+}
 
 /// N numbers; one is a plain number.
 template <class Real, std::size_t N>

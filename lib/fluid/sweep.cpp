@@ -59,6 +59,9 @@ template <class Real, int lanes, bool odd, bool closed>
 struct Step {
   using L = Lanes<Real, static_cast<std::size_t>(lanes)>;
   using V = typename L::Type;
+  /// Eight cache lines. Fifteen streams are more than some prefetchers follow: asking for data ourselves
+  /// raised double from 0.85 to 0.95 of the memory's limit on one machine and changed nothing for float.
+  static constexpr std::int64_t ahead = 512 / sizeof(Real);
 
   /// Vector i of the row; `first` and `last` tell whether it stands at an end.
   template <class Force, bool first, bool last>
@@ -70,6 +73,7 @@ struct Step {
       constexpr int shift = odd ? cx(q) : 0;
       constexpr bool wraps = (shift == 1 && first) || (shift == -1 && last);
       if constexpr (!wraps) {
+        __builtin_prefetch(row.slot[q] + (i - shift) * lanes + ahead, 1);
         h[q] = L::load(row.slot[q] + (i - shift) * lanes);
       } else {
         constexpr std::size_t end = shift == 1 ? 0 : lanes - 1;

@@ -6,6 +6,7 @@
 #include <map>
 
 #include "base/error.hpp"
+#include "solid/angle.hpp"
 
 namespace veriflex::scene {
 
@@ -91,6 +92,16 @@ solid::Network network_of(const io::LammpsData& data, const std::vector<std::int
     const Arm b = arm(angle, angle.atoms[2]);
     const bool straight =
         std::find(straight_types.begin(), straight_types.end(), angle.type) != straight_types.end();
+    const Vec3 along_a = a.sign * network.vectors.row(a.bond).transpose();
+    const Vec3 along_b = b.sign * network.vectors.row(b.bond).transpose();
+    if (!solid::is_defined(along_a, along_b, straight)) {
+      const bool flat = along_a.dot(along_b) < 0.0;
+      throw InputError(
+          {data.file, angle.line, 1}, fmt::format("angle {} is {}", angle.id, flat ? "flat" : "folded back"),
+          fmt::format("its type rests at {} degrees and has no force there", straight ? 180 : 90),
+          flat ? fmt::format("Name type {} in straight_types, or move an atom", angle.type)
+               : "Move an atom, or leave the angle out");
+    }
     network.angles.push_back({a.bond, b.bond, a.sign, b.sign, straight});
   }
   return network;

@@ -10,7 +10,8 @@ namespace veriflex::scene {
 /// whose type is in `straight_types` rest at 180 degrees, all others at 90: LAMMPS keeps that in its
 /// coefficients, not in the data file. The network's spacing is the median length of its bonds. Throws
 /// InputError with the row's line: no bonds, a bond of length zero, two bonds between the same atoms, an
-/// angle whose apex has no bond to one of its other atoms.
+/// angle whose apex has no bond to one of its other atoms, an angle that is folded back or flat against its
+/// type.
 solid::Network network_of(const io::LammpsData& data, const std::vector<std::int64_t>& straight_types);
 
 }  // namespace veriflex::scene

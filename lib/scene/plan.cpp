@@ -70,6 +70,9 @@ void plan_solid(const SolidSpec& spec, const Scene& scene, Plan& plan) {
   }
   plan.built.push_back({scene.moves ? "motion" : "statics", scene.method, solver});
   if (!scene.moves) plan.left_out.push_back({"velocities", "a static study needs none"});
+  if (scene.is_free) {
+    plan.left_out.push_back({"constraints", "the body is free: no pass over held or driven coordinates"});
+  }
 }
 
 std::string describe_walls(const fluid::Spec& spec) {

@@ -24,6 +24,7 @@ struct Scene {
   std::string method{};  // how the solid is solved, in words
   bool moves = false;    // whether it has velocities
   std::optional<fluid::Spec> fluid{};
+  bool is_free = false;  // no coordinate of it is held or driven
 };
 
 struct Built {

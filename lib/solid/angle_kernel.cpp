@@ -3,62 +3,73 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 namespace veriflex::solid {
 
 namespace {
 
-constexpr std::size_t block_size =
-    64;  // angles gathered at a time; 14 arrays of 512 bytes stay in the first-level cache
+// Fans worked on at a time: their arms and gradients, 48 arrays of 256 bytes, stay in the first-level cache.
+constexpr std::size_t block_size = 32;
 
 using Lane = double[block_size];
 
-struct alignas(64) Block {
-  Lane ax, ay, az, bx, by, bz;
-  Lane straight;                      // 1 or 0
-  Lane gax, gay, gaz, gbx, gby, gbz;  // gradient by a and b
-  Lane undefined;                     // 1 or 0
+struct Arm {
+  Lane x, y, z;
+  Lane squared, inverse;  // r^2 and 1/r^2
 };
 
-// atan(x)/x as a polynomial in y = x^2 on [0, 1]: Chebyshev interpolation with 22 nodes, error 9e-19 before
-// rounding.
+// Gradient by an arm. Its part along the arm stands apart, so that the arm enters once, not once per angle.
+struct Gradient {
+  Lane x, y, z;
+  Lane along;  // times the arm over its squared length
+};
+
+struct alignas(64) Block {
+  Arm arms[AngleFans::most_arms];
+  Gradient gradients[AngleFans::most_arms];
+  Lane strayed;  // 1 where an angle of the fan is far from rest, else 0
+};
+
+// An angle is near its rest value up to 30 degrees: tan^2 of the deviation below 1/3.
+constexpr double near_rest = 1.0 / 3.0;
+
+// atan(x)/x = 1 + y p(y) with y = x^2 on [0, 1/3]: Chebyshev interpolation, error 7e-18 before rounding.
 constexpr std::array arc_tangent{
     1.0,
-    -0.3333333333333325,
-    0.19999999999986157,
-    -0.14285714284820428,
-    0.11111111080383854,
-    -0.09090908440338843,
-    0.07692298432985685,
-    -0.06666572806289763,
-    0.05881647236717415,
-    -0.05259103789485882,
-    0.0474370596643217,
-    -0.042828645702794474,
-    0.038129809754225044,
-    -0.03264116292977077,
-    0.0259471057039563,
-    -0.018386836817918875,
-    0.011122014669752633,
-    -0.005484778971809356,
-    0.002090633535263676,
-    -0.0005727925781292097,
-    9.978410811953032e-05,
-    -8.26799581733715e-06,
+    -0.3333333333333333,
+    0.1999999999999917,
+    -0.14285714285551976,
+    0.11111111098553819,
+    -0.0909090858207502,
+    0.07692295286793505,
+    -0.06666469623891029,
+    0.05880212512340686,
+    -0.05246779832347255,
+    0.046721786047603464,
+    -0.039937323927724346,
+    0.029952661529252887,
+    -0.016659167405869497,
+    0.004874352567045785,
 };
 
-// Horner's scheme without a loop: a loop inside keeps the compiler from vectorising the one outside.
-template <std::size_t... I>
-inline double horner(double y, std::index_sequence<I...>) {
-  double sum = arc_tangent.back();
-  ((sum = sum * y + arc_tangent[arc_tangent.size() - 2 - I]), ...);
+// Horner's scheme over every second coefficient, from the last one back to `first`. Without a loop: one
+// inside keeps the compiler from vectorising the one outside.
+template <std::size_t first, std::size_t... I>
+inline double horner(double y2, std::index_sequence<I...>) {
+  constexpr std::size_t last = first + 2 * sizeof...(I);
+  double sum = arc_tangent[last];
+  ((sum = sum * y2 + arc_tangent[last - 2 - 2 * I]), ...);
   return sum;
 }
 
+// Even and odd powers apart: two chains of dependent operations of half the length.
 inline double arc_tangent_over_x(double y) {
-  return horner(y, std::make_index_sequence<arc_tangent.size() - 1>{});
+  constexpr std::size_t half = (arc_tangent.size() - 1) / 2;
+  static_assert(arc_tangent.size() == 2 * half + 1);
+  const double even = horner<0>(y * y, std::make_index_sequence<half>{});
+  const double odd = horner<1>(y * y, std::make_index_sequence<half - 1>{});
+  return even + y * odd;
 }
 
 // a d - b c by Kahan's scheme, see angle.hpp.
@@ -67,102 +78,187 @@ inline double difference_of_products(double a, double d, double b, double c) {
   return std::fma(a, d, -bc) + std::fma(-b, c, bc);
 }
 
-void gather(const Angle* angles, std::size_t count, const double* d, std::size_t bonds, Block& block) {
+struct Vector {
+  double x, y, z;
+};
+
+inline double dot(const Vector& a, const Vector& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
+inline Vector cross(const Vector& a, const Vector& b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
+
+inline Vector precise_cross(const Vector& a, const Vector& b) {
+  return {difference_of_products(a.y, b.z, a.z, b.y), difference_of_products(a.z, b.x, a.x, b.z),
+          difference_of_products(a.x, b.y, a.y, b.x)};
+}
+
+inline Vector scaled(double f, const Vector& a) { return {f * a.x, f * a.y, f * a.z}; }
+
+// Gradient by both arms, and tan^2 of the deviation (NaN where the angle is undefined).
+struct Bend {
+  Vector by_a, by_b;
+  double along;  // as in Gradient, the same for both
+  double tan2;
+};
+
+// Inlined whatever the compiler thinks of it: a call would keep the loop over fans from becoming vector
+// instructions.
+//
+// Both need no square root: with s = |a x b| and c = a.b, the deviation over s is q/c for a straight and
+// -c q/s^2 for a right angle, q = atan(x)/x at the deviation's tangent x, of which only the square enters.
+[[gnu::always_inline]] inline Bend bend_straight(const Vector& a, const Vector& b, double inverse_a,
+                                                 double inverse_b, double stiffness) {
+  const Vector w = precise_cross(a, b);
+  const double c = dot(a, b);
+  const double inverse = 1.0 / c;
+  const double tan2 = dot(w, w) * inverse * inverse;
+  const double rho = stiffness * inverse * arc_tangent_over_x(tan2);
+  return {scaled(rho * inverse_a, cross(a, w)), scaled(-rho * inverse_b, cross(b, w)), 0.0,
+          c < 0.0 ? tan2 : 1.0};
+}
+
+// Here a x b itself is not needed: s^2 = a^2 b^2 - c^2 and a x (a x b) = c a - a^2 b do not cancel.
+[[gnu::always_inline]] inline Bend bend_right(const Vector& a, const Vector& b, double a2, double b2,
+                                              double stiffness) {
+  const double c = dot(a, b);
+  const double slope = c * (1.0 / (a2 * b2 - c * c));
+  const double tan2 = c * slope;
+  const double rho = -stiffness * slope * arc_tangent_over_x(tan2);
+  return {scaled(-rho, b), scaled(-rho, a), rho * c, tan2};
+}
+
+// Gradient of any angle, as in angle.hpp. `tan2` is NaN where there is none.
+Bend bend_anywhere(const Vector& a, const Vector& b, bool straight, double stiffness) {
+  const Vector w = precise_cross(a, b);
+  const double s = std::sqrt(dot(w, w));
+  const double c = dot(a, b);
+  const double a2 = dot(a, a);
+  const double b2 = dot(b, b);
+  const bool defined = (straight && c < 0.0) || c * c < (1.0 - 1e-12) * a2 * b2;
+  const double rho = stiffness * (straight ? -std::atan2(s, -c) : -std::atan2(c, s)) / s;
+  return {scaled(rho / a2, cross(a, w)), scaled(-rho / b2, cross(b, w)), 0.0, defined ? 1.0 : std::nan("")};
+}
+
+[[gnu::always_inline]] inline Bend bend(const Arm& a, const Arm& b, bool straight, double stiffness,
+                                        std::size_t i) {
+  const Vector va{a.x[i], a.y[i], a.z[i]};
+  const Vector vb{b.x[i], b.y[i], b.z[i]};
+  return straight ? bend_straight(va, vb, a.inverse[i], b.inverse[i], stiffness)
+                  : bend_right(va, vb, a.squared[i], b.squared[i], stiffness);
+}
+
+inline void add(Gradient& gradient, const Vector& v, std::size_t i) {
+  gradient.x[i] += v.x;
+  gradient.y[i] += v.y;
+  gradient.z[i] += v.z;
+}
+
+// One pair of arms in all fans of the block. No branch: the loop becomes vector instructions.
+template <bool straight>
+void bend_all(const Arm& __restrict a, const Arm& __restrict b, double stiffness, std::size_t lanes,
+              Gradient& __restrict by_a, Gradient& __restrict by_b, Lane& __restrict strayed) {
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const Bend one = bend(a, b, straight, stiffness, i);
+    add(by_a, one.by_a, i);
+    add(by_b, one.by_b, i);
+    if constexpr (!straight) {
+      by_a.along[i] += one.along;
+      by_b.along[i] += one.along;
+    }
+    strayed[i] = one.tan2 <= near_rest ? strayed[i] : 1.0;
+  }
+}
+
+// The same for one fan, with the formula for any angle where one has left its surroundings of rest. Returns
+// whether all are defined.
+bool bend_strayed(const AngleFans::Group& group, std::size_t arms, double stiffness, std::size_t i,
+                  Block& block) {
+  for (std::size_t arm = 0; arm < arms; ++arm) {
+    Gradient& gradient = block.gradients[arm];
+    gradient.x[i] = gradient.y[i] = gradient.z[i] = gradient.along[i] = 0.0;
+  }
+  for (const auto& [p, q, straight] : group.pairs) {
+    const Arm& a = block.arms[p];
+    const Arm& b = block.arms[q];
+    Bend one = bend(a, b, straight, stiffness, i);
+    if (!(one.tan2 <= near_rest))
+      one = bend_anywhere({a.x[i], a.y[i], a.z[i]}, {b.x[i], b.y[i], b.z[i]}, straight, stiffness);
+    if (std::isnan(one.tan2)) return false;
+    add(block.gradients[p], one.by_a, i);
+    add(block.gradients[q], one.by_b, i);
+    block.gradients[p].along[i] += one.along;
+    block.gradients[q].along[i] += one.along;
+  }
+  return true;
+}
+
+void load(const std::int32_t* arms, std::size_t lanes, const double* d, std::size_t bonds,
+          Arm& __restrict arm) {
   const double* const x = d;
   const double* const y = d + bonds;
   const double* const z = d + 2 * bonds;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Angle& t = angles[i];
-    block.ax[i] = t.sign_a * x[t.bond_a];
-    block.ay[i] = t.sign_a * y[t.bond_a];
-    block.az[i] = t.sign_a * z[t.bond_a];
-    block.bx[i] = t.sign_b * x[t.bond_b];
-    block.by[i] = t.sign_b * y[t.bond_b];
-    block.bz[i] = t.sign_b * z[t.bond_b];
-    block.straight[i] = t.straight ? 1.0 : 0.0;
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const std::int32_t bond = arms[i] >> 1;
+    const double sign = 1.0 - 2.0 * (arms[i] & 1);
+    arm.x[i] = sign * x[bond];
+    arm.y[i] = sign * y[bond];
+    arm.z[i] = sign * z[bond];
   }
-  // The rest of the last block repeats a right angle that is at rest.
-  for (std::size_t i = count; i < block_size; ++i) {
-    block.ax[i] = block.by[i] = 1.0;
-    block.ay[i] = block.az[i] = block.bx[i] = block.bz[i] = block.straight[i] = 0.0;
+  for (std::size_t i = 0; i < lanes; ++i) {
+    arm.squared[i] = arm.x[i] * arm.x[i] + arm.y[i] * arm.y[i] + arm.z[i] * arm.z[i];
+    arm.inverse[i] = 1.0 / arm.squared[i];
   }
 }
 
-// Gradients of a block. No branch: the loop becomes vector instructions.
-void evaluate(Block& block, double stiffness) {
-  for (std::size_t i = 0; i < block_size; ++i) {
-    const double ax = block.ax[i], ay = block.ay[i], az = block.az[i];
-    const double bx = block.bx[i], by = block.by[i], bz = block.bz[i];
-    const double straight = block.straight[i];
-    const double wx = difference_of_products(ay, bz, az, by);
-    const double wy = difference_of_products(az, bx, ax, bz);
-    const double wz = difference_of_products(ax, by, ay, bx);
-    const double s = std::sqrt(wx * wx + wy * wy + wz * wz);
-    const double c = ax * bx + ay * by + az * bz;
-    const double a2 = ax * ax + ay * ay + az * az;
-    const double b2 = bx * bx + by * by + bz * bz;
-    // Conditions are kept as numbers: combined truth values would keep the loop from becoming vector
-    // instructions.
-    const double limit = (1.0 - 1e-12) * a2 * b2;
-    const double bent = c * c < limit ? 1.0 : 0.0;
-    const double flat = c < 0.0 ? straight : 0.0;  // a straight angle may be
-    block.undefined[i] = bent + flat > 0.5 ? 0.0 : 1.0;
-
-    // The deviation is -atan2(num, den); only its quotient by s is needed.
-    const double num = straight > 0.5 ? s : c;
-    const double den = straight > 0.5 ? -c : s;
-    const double steep = std::abs(num);
-    const double wide = std::abs(den);
-    const double x = std::min(steep, wide) / std::max(steep, wide);
-    const double q = arc_tangent_over_x(x * x);
-    double angle = x * q;
-    angle = steep > wide ? 0.5 * std::numbers::pi - angle : angle;
-    angle = den < 0.0 ? std::numbers::pi - angle : angle;
-    angle = num < 0.0 ? -angle : angle;
-    // Near 180 degrees angle/s is q/wide: no quotient of two small numbers.
-    const double nearly_flat = steep <= wide ? flat : 0.0;
-    const double rho = -(nearly_flat > 0.5 ? q : angle) / (nearly_flat > 0.5 ? wide : s);
-
-    const double by_a = stiffness * rho / a2;
-    const double by_b = -stiffness * rho / b2;
-    block.gax[i] = by_a * (ay * wz - az * wy);
-    block.gay[i] = by_a * (az * wx - ax * wz);
-    block.gaz[i] = by_a * (ax * wy - ay * wx);
-    block.gbx[i] = by_b * (by * wz - bz * wy);
-    block.gby[i] = by_b * (bz * wx - bx * wz);
-    block.gbz[i] = by_b * (bx * wy - by * wx);
+void hand_back(const std::int32_t* arms, std::size_t lanes, std::size_t fans, const Arm& __restrict arm,
+               Gradient& __restrict gradient, std::size_t bonds, double* g) {
+  for (std::size_t i = 0; i < lanes; ++i) {
+    const double sign = 1.0 - 2.0 * (arms[i] & 1);
+    const double along = gradient.along[i] * arm.inverse[i];
+    gradient.x[i] = sign * (gradient.x[i] + along * arm.x[i]);
+    gradient.y[i] = sign * (gradient.y[i] + along * arm.y[i]);
+    gradient.z[i] = sign * (gradient.z[i] + along * arm.z[i]);
   }
-}
-
-void scatter(const Angle* angles, std::size_t count, const Block& block, double* g, std::size_t bonds) {
   double* const x = g;
   double* const y = g + bonds;
   double* const z = g + 2 * bonds;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Angle& t = angles[i];
-    x[t.bond_a] += t.sign_a * block.gax[i];
-    y[t.bond_a] += t.sign_a * block.gay[i];
-    z[t.bond_a] += t.sign_a * block.gaz[i];
-    x[t.bond_b] += t.sign_b * block.gbx[i];
-    y[t.bond_b] += t.sign_b * block.gby[i];
-    z[t.bond_b] += t.sign_b * block.gbz[i];
+  for (std::size_t i = 0; i < fans; ++i) {
+    const std::int32_t bond = arms[i] >> 1;
+    x[bond] += gradient.x[i];
+    y[bond] += gradient.y[i];
+    z[bond] += gradient.z[i];
   }
 }
 
 }  // namespace
 
-bool add_angle_gradients(const Angle* angles, std::size_t count, const double* d, std::size_t bonds,
-                         double stiffness, double* g) {
+bool add_angle_gradients(const AngleFans& fans, const double* d, std::size_t bonds, double stiffness,
+                         double* g) {
   Block block;
-  double undefined = 0.0;
-  for (std::size_t first = 0; first < count; first += block_size) {
-    const std::size_t size = std::min(block_size, count - first);
-    gather(angles + first, size, d, bonds, block);
-    evaluate(block, stiffness);
-    for (const double one : block.undefined) undefined += one;
-    scatter(angles + first, size, block, g, bonds);
+  for (const AngleFans::Group& group : fans.groups) {
+    const std::size_t arms = group.arms.size() / group.lanes;
+    for (std::size_t first = 0; first < group.lanes; first += block_size) {
+      const std::size_t lanes = std::min(block_size, group.lanes - first);
+      const std::size_t fans_here = std::min(lanes, group.fans - first);
+      for (std::size_t arm = 0; arm < arms; ++arm) {
+        load(&group.arms[arm * group.lanes + first], lanes, d, bonds, block.arms[arm]);
+        block.gradients[arm] = {};
+      }
+      std::fill_n(block.strayed, lanes, 0.0);
+      for (const auto& [a, b, straight] : group.pairs) {
+        (straight ? bend_all<true> : bend_all<false>)(block.arms[a], block.arms[b], stiffness, lanes,
+                                                      block.gradients[a], block.gradients[b], block.strayed);
+      }
+      for (std::size_t i = 0; i < fans_here; ++i) {
+        if (block.strayed[i] != 0.0 && !bend_strayed(group, arms, stiffness, i, block)) return false;
+      }
+      for (std::size_t arm = 0; arm < arms; ++arm)
+        hand_back(&group.arms[arm * group.lanes + first], lanes, fans_here, block.arms[arm],
+                  block.gradients[arm], bonds, g);
+    }
   }
-  return undefined == 0.0;
+  return true;
 }
 
 }  // namespace veriflex::solid

@@ -1,12 +1,18 @@
 /// The gradient of all angles of a network: the hottest loop of the solid, compiled for the machine's own
 /// vector instructions.
 ///
+/// The angles of a node share its arms (its bonds, seen from the node), six in a cubic lattice for fifteen
+/// angles. So angles are arranged in fans, a few arms and the angles between them; fans of the same shape
+/// stand side by side, and one vector instruction works on as many fans as it has lanes. Arms are loaded and
+/// their gradients handed back once per fan, not once per angle.
+///
 /// This header and its source know no Eigen: types whose layout depends on the instruction set must not
 /// cross.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <vector>
 
 namespace veriflex::solid {
 
@@ -19,11 +25,38 @@ struct Angle {
   bool straight;  // 180 degrees at rest, else 90
 };
 
+/// Angles of a network, arranged.
+struct AngleFans {
+  static constexpr std::size_t most_arms = 6;
+
+  /// Two arms of a fan by their numbers in it.
+  struct Pair {
+    std::uint8_t a, b;
+    bool straight;
+    auto operator<=>(const Pair&) const = default;
+  };
+
+  /// Fans with the same pairs. Arm k of fan i is arms[k * lanes + i], as 2 * bond, + 1 where the bond's
+  /// vector points to the node. The last fan is repeated up to a whole number of vectors.
+  struct Group {
+    std::vector<Pair> pairs;
+    std::size_t fans, lanes;
+    std::vector<std::int32_t> arms;
+  };
+
+  std::vector<Group> groups;
+  std::size_t angle_count = 0;
+};
+
+/// Any list of angles between `bonds` bonds can be arranged; only how full the vectors get depends on how
+/// many nodes look alike. Angles that share an arm go into the same fan, as far as it has room.
+AngleFans arrange(const std::vector<Angle>& angles, std::size_t bonds);
+
 /// Adds stiffness times the gradient of 1/2 (theta - theta0)^2, summed over the angles, by the bonds' vectors
-/// to g. `d` and `g` hold three columns (x, y, z) of `bonds` values. Same formulas as angle.hpp, with its own
-/// arc tangent (relative error below 3e-16); the order of summation is that of the list, whatever the vector
-/// length. Returns whether every angle is defined (see is_defined(); false for NaN).
-bool add_angle_gradients(const Angle* angles, std::size_t count, const double* d, std::size_t bonds,
-                         double stiffness, double* g);
+/// to g. `d` and `g` hold three columns (x, y, z) of `bonds` values. Same formulas as angle.hpp; the order of
+/// summation is that of the arrangement, whatever the vector length. Returns whether every angle is defined
+/// (see is_defined(); false for NaN).
+bool add_angle_gradients(const AngleFans& fans, const double* d, std::size_t bonds, double stiffness,
+                         double* g);
 
 }  // namespace veriflex::solid

@@ -39,30 +39,19 @@ auto visit(const Material& material, Use use) {
       material.law);
 }
 
-/// Arrays that a force evaluation needs, kept between evaluations.
+/// Arrays that the force evaluations of one network need, kept between them.
 struct Workspace {
-  Positions d;  // deformed vector of each bond  [L]
-  Positions g;  // gradient of the energy by it  [M L T^-2]
+  Positions d;     // deformed vector of each bond  [L]
+  Positions g;     // gradient of the energy by it  [M L T^-2]
+  AngleFans fans;  // the network's angles, arranged at the first evaluation that needs them
 };
 
 /// Deformed bond vectors into work.d; returns whether every bond is inside the law's domain (false for NaN).
 template <bond::BondLaw Law>
 [[nodiscard]] bool deform(const Law& law, const Network& network, const Positions& u, Workspace& work) {
-  const auto bonds = static_cast<Eigen::Index>(network.bonds.size());
-  work.d.resize(bonds, 3);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double* const at = u.col(axis).data();
-    const double* const rest = network.vectors.col(axis).data();
-    double* const d = work.d.col(axis).data();
-    for (Eigen::Index b = 0; b < bonds; ++b) {
-      const Bond& bond = network.bonds[static_cast<std::size_t>(b)];
-      d[b] = rest[b] + (at[bond.second] - at[bond.first]);
-    }
-  }
-  const Interval domain = law.domain();
-  bool defined = true;
-  for (Eigen::Index b = 0; b < bonds; ++b) defined &= domain.contains(work.d.row(b).norm());
-  return defined;
+  work.d.resize(static_cast<Eigen::Index>(network.bonds.size()), 3);
+  return deform_bonds(law.domain(), network.bonds.data(), network.bonds.size(), network.vectors.data(),
+                      u.data(), static_cast<std::size_t>(u.rows()), work.d.data());
 }
 
 /// Sum over the bonds and angles of work.d, each once  [M L^2 T^-2].
@@ -88,33 +77,17 @@ double energy(const Law& law, const AngleTerm& angle, const Network& network, co
 template <bond::BondLaw Law, class AngleTerm>
 [[nodiscard]] bool gradient(const Law& law, const AngleTerm& angle, const Network& network, Workspace& work,
                             Positions& by_node) {
-  const Eigen::Index bonds = work.d.rows();
-  work.g.resize(bonds, 3);
-  const double* const x = work.d.col(0).data();
-  const double* const y = work.d.col(1).data();
-  const double* const z = work.d.col(2).data();
-  for (Eigen::Index b = 0; b < bonds; ++b) {
-    const double r = std::sqrt(x[b] * x[b] + y[b] * y[b] + z[b] * z[b]);
-    const double pull = law.tension(r) / r;
-    work.g(b, 0) = pull * x[b];
-    work.g(b, 1) = pull * y[b];
-    work.g(b, 2) = pull * z[b];
-  }
+  const auto bonds = static_cast<std::size_t>(work.d.rows());
+  work.g.resize(work.d.rows(), 3);
+  bond_gradients(law, work.d.data(), bonds, work.g.data());
   bool defined = true;
   if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
-    defined = add_angle_gradients(network.angles.data(), network.angles.size(), x,
-                                  static_cast<std::size_t>(bonds), angle.stiffness, work.g.data());
+    if (work.fans.angle_count != network.angles.size()) work.fans = arrange(network.angles, bonds);
+    defined = add_angle_gradients(work.fans, work.d.data(), bonds, angle.stiffness, work.g.data());
   }
   by_node.setZero(network.node_count(), 3);
-  for (int axis = 0; axis < 3; ++axis) {
-    const double* const by_bond = work.g.col(axis).data();
-    double* const out = by_node.col(axis).data();
-    for (Eigen::Index b = 0; b < bonds; ++b) {
-      const Bond& bond = network.bonds[static_cast<std::size_t>(b)];
-      out[bond.second] += by_bond[b];
-      out[bond.first] -= by_bond[b];
-    }
-  }
+  hand_to_nodes(network.bonds.data(), bonds, work.g.data(), static_cast<std::size_t>(by_node.rows()),
+                by_node.data());
   return defined;
 }
 

@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "solid/modes.hpp"
+#include "solid/undefined.hpp"
 
 namespace veriflex::solid {
 
@@ -24,7 +25,7 @@ Leapfrog::Leapfrog(const Material& material, const Network& network, const Condi
       wanted_(substeps),
       u_(u),
       v_(v) {
-  if (!evaluate(u_)) fail(u_);
+  if (!evaluate(u_)) fail("start", u_);
   divide();
   // Back to half a sub-step before the start, so that velocity() is v.
   const double h = dt_ / count_;
@@ -81,9 +82,9 @@ void Leapfrog::step() {
     v_ -= kick / (1.0 + half_drag) * gradient_;
     if (conditions_.load.size() > 0) v_ += kick / (1.0 + half_drag) * conditions_.load;
     prescribe(time() + i * h, h);
-    Positions next = u_ + h * v_;
-    if (!evaluate(next)) fail(next);
-    std::swap(u_, next);
+    next_ = u_ + h * v_;
+    if (!evaluate(next_)) fail(fmt::format("step {}", steps_ + 1), next_);
+    std::swap(u_, next_);
   }
   ++steps_;
 }
@@ -113,21 +114,8 @@ double Leapfrog::potential_energy() const {
 
 Vec3 Leapfrog::momentum() const { return conditions_.node_mass * v_.colwise().sum().transpose(); }
 
-void Leapfrog::fail(const Positions& u) const {
-  const Interval domain = bond::domain(material_.law);
-  for (std::size_t b = 0; b < network_.bonds.size(); ++b) {
-    const Bond& bond = network_.bonds[b];
-    const double r =
-        (network_.vectors.row(static_cast<Eigen::Index>(b)) + (u.row(bond.second) - u.row(bond.first)))
-            .norm();
-    if (!domain.contains(r)) {
-      throw NumericalFailure(fmt::format(
-          "step {}: bond of nodes {} and {} has length {}, {} is defined between {} and {}", steps_ + 1,
-          bond.first, bond.second, r, bond::name_of(material_.law), domain.lo, domain.hi));
-    }
-  }
-  throw NumericalFailure(
-      fmt::format("step {}: an angle is folded back or flat, where its force does not exist", steps_ + 1));
+void Leapfrog::fail(const std::string& when, const Positions& u) const {
+  throw NumericalFailure(fmt::format("{}: {}", when, what_is_undefined(material_, network_, u)));
 }
 
 }  // namespace veriflex::solid

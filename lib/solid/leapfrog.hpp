@@ -9,6 +9,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "solid/elastic.hpp"
@@ -44,14 +45,13 @@ struct Substeps {
 
 class Leapfrog {
  public:
-  /// Starts at displacement u and velocity v at time 0. Throws NumericalFailure when the energy does not
-  /// exist at u.
+  /// Starts at displacement u and velocity v at time 0. Throws NumericalFailure as step() does when the
+  /// energy does not exist at u.
   Leapfrog(const Material& material, const Network& network, const Conditions& conditions, double dt,
            Substeps substeps, const Positions& u, const Positions& v);
 
-  /// Advances by dt. Throws NumericalFailure with the step, the two nodes, the bond's length and its bounds
-  /// when a bond leaves its law's domain, and with the step when an angle degenerates; the state is then that
-  /// of the last good step.
+  /// Advances by dt. Throws NumericalFailure with the step and what_is_undefined() when a bond leaves its
+  /// law's domain or an angle degenerates; the state is then that of the last good step.
   void step();
 
   const Positions& displacement() const { return u_; }
@@ -74,7 +74,7 @@ class Leapfrog {
   void divide();
   bool evaluate(const Positions& u);
   void prescribe(double time, double substep);
-  [[noreturn]] void fail(const Positions& u) const;
+  [[noreturn]] void fail(const std::string& when, const Positions& u) const;
 
   Material material_;
   const Network& network_;
@@ -85,6 +85,7 @@ class Leapfrog {
   double stiffest_ = 0.0;  // largest bond stiffness when the step was divided
   std::int64_t steps_ = 0;
   Positions u_, v_, gradient_;
+  Positions next_;  // displacement a sub-step on, until it is known to be good
   Workspace work_;
 };
 

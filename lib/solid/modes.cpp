@@ -12,6 +12,7 @@
 
 #include "base/error.hpp"
 #include "solid/freedom.hpp"
+#include "solid/undefined.hpp"
 
 namespace veriflex::solid {
 
@@ -39,8 +40,7 @@ Sparse free_hessian(const Material& material, const Network& network, const Posi
     Workspace work;
     Positions unused;
     if (!deform(law, network, u, work) || !gradient(law, angle, network, work, unused)) {
-      throw NumericalFailure(
-          "the energy has no Hessian: a bond outside its law's domain or a degenerate angle");
+      throw NumericalFailure("no Hessian: " + what_is_undefined(material, network, u));
     }
     return Freedom(held).restrict(hessian(law, angle, network, work));
   });

@@ -8,13 +8,9 @@
 
 #include "base/vec.hpp"
 #include "solid/angle_kernel.hpp"
+#include "solid/bond_kernel.hpp"
 
 namespace veriflex::solid {
-
-/// A bond between two nodes.
-struct Bond {
-  std::int32_t first, second;
-};
 
 /// States of a network are displacements from `rest`: the length of a bond then carries the precision of a
 /// displacement, not that of a coordinate.

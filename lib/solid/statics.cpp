@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "solid/freedom.hpp"
+#include "solid/undefined.hpp"
 
 namespace veriflex::solid {
 
@@ -60,8 +61,8 @@ struct State {
 double size(const Eigen::VectorXd& v) { return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>(); }
 
 template <bond::BondLaw Law, class AngleTerm>
-Equilibrium solve(const Law& law, const AngleTerm& angle, const Network& network, const Positions& start,
-                  const Held& held, const Positions& load) {
+Equilibrium solve(const Material& material, const Law& law, const AngleTerm& angle, const Network& network,
+                  const Positions& start, const Held& held, const Positions& load) {
   const Freedom freedom(held);
   // Evaluates the state at u; false where the energy does not exist.
   const auto evaluate = [&](const Positions& u, State& state) {
@@ -78,9 +79,7 @@ Equilibrium solve(const Law& law, const AngleTerm& angle, const Network& network
   State now;
   State next;
   if (!evaluate(start, now)) {
-    throw NumericalFailure(fmt::format(
-        "the start of a static solution has a bond outside the domain of {} or a degenerate angle",
-        Law::name));
+    throw NumericalFailure("start of a static solution: " + what_is_undefined(material, network, start));
   }
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
@@ -130,8 +129,9 @@ Equilibrium solve(const Law& law, const AngleTerm& angle, const Network& network
 
 Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
                         const Held& held, const Positions& load) {
-  return visit(material,
-               [&](const auto& law, const auto& angle) { return solve(law, angle, network, u, held, load); });
+  return visit(material, [&](const auto& law, const auto& angle) {
+    return solve(material, law, angle, network, u, held, load);
+  });
 }
 
 }  // namespace veriflex::solid

@@ -21,7 +21,7 @@ struct Equilibrium {
 /// rounding keeps a further step from helping. Throws NumericalFailure:
 ///   "mechanism: N zero modes"  the network can move without force (never regularised),
 ///   "unstable: N negative"     the state is no minimum,
-///   start outside the law's domain or with a degenerate angle, or no convergence.
+///   what_is_undefined() at the start, or no convergence.
 Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
                         const Held& held, const Positions& load);
 

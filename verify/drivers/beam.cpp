@@ -3,7 +3,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/root.hpp"
 #include "bond/derive.hpp"
+#include "drivers/beam_section.hpp"
 #include "drivers/drivers.hpp"
 #include "engine/read_scene.hpp"
 #include "solid/modes.hpp"
@@ -24,44 +26,8 @@ struct BeamStudy {
   int frequencies;  // how many bending frequencies are compared, of the longest beam; 0 for none
 };
 
-// What the lattice's own section has.
-struct Section {
-  double nodes;
-  double spring_bending;    // k r0 sum x^2            [M L^3 T^-2]
-  double straight_bending;  // k_a r0 per node
-  double right_bending;     // k_a r0 per bond along x
-  double shear;             // GA = 4 k_a/r0 per bond along x  [M L T^-2]
-  double radius;            // of the rod; 0 for other shapes  [L]
-
-  double bending() const { return spring_bending + straight_bending + right_bending; }
-};
-
 solid::Network beam_of(const BeamStudy& study, std::int64_t sections) {
-  scene::SolidSpec spec = study.section;
-  if (auto* rod = std::get_if<solid::Rod>(&spec.shape)) rod->sections = sections;
-  if (auto* block = std::get_if<solid::Block>(&spec.shape)) block->nodes[2] = sections;
-  return scene::build(spec);
-}
-
-// Bending in the x-z plane: with curvature 1 every spring along z at x is strained by x, every straight angle
-// along z opens by r0, and every pair of a bond along x and one along z by r0/2; in shear each such pair
-// opens by the shear angle.
-Section section_of(const BeamStudy& study) {
-  const solid::Network one = beam_of(study, 1);
-  const double r0 = one.spacing;
-  const double k = bond::stiffness(study.material.law, r0);
-  const double k_a = study.material.angle_stiffness;
-  const double mean = one.rest.col(0).mean();
-  double along_x = 0.0;
-  for (Eigen::Index b = 0; b < one.vectors.rows(); ++b) along_x += one.vectors(b, 0) != 0.0 ? 1.0 : 0.0;
-  const auto* rod = std::get_if<solid::Rod>(&study.section.shape);
-  const auto nodes = static_cast<double>(one.node_count());
-  return {.nodes = nodes,
-          .spring_bending = k * r0 * (one.rest.col(0).array() - mean).square().sum(),
-          .straight_bending = k_a * r0 * nodes,
-          .right_bending = k_a * r0 * along_x,
-          .shear = 4.0 * k_a / r0 * along_x,
-          .radius = rod != nullptr ? rod->radius * r0 : 0.0};
+  return scene::build(with_sections(study.section, sections));
 }
 
 // Twice the energy per curvature^2 that the network has in pure bending about y, of its springs, straight and
@@ -78,7 +44,7 @@ double bending_energy(const BeamStudy& study, const solid::Network& network) {
 }
 
 // Bending stiffness of one section more: what a body of 8 sections has beyond one of 7, term by term.
-Section measured_section(const BeamStudy& study) {
+BeamSection measured_section(const BeamStudy& study) {
   const auto per_section = [&](const BeamStudy& of, auto keep) {
     double difference = 0.0;
     for (const std::int64_t sections : {7, 8}) {
@@ -86,13 +52,13 @@ Section measured_section(const BeamStudy& study) {
       std::erase_if(network.angles, [&](const solid::Angle& angle) { return !keep(angle); });
       difference = bending_energy(of, network) - difference;
     }
-    return difference / std::visit([](const auto& shape) { return shape.spacing; }, of.section.shape);
+    return difference / spacing_of(of.section);
   };
   const auto none = [](const solid::Angle&) { return false; };
   const auto straight = [](const solid::Angle& angle) { return angle.straight; };
   const auto right = [](const solid::Angle& angle) { return !angle.straight; };
   const double springs = per_section(study, none);
-  Section measured = section_of(study);
+  BeamSection measured = section_of(study.material, study.section, spacing_of(study.section));
   measured.spring_bending = springs;
   measured.straight_bending = per_section(study, straight) - springs;
   measured.right_bending = per_section(study, right) - springs;
@@ -101,7 +67,7 @@ Section measured_section(const BeamStudy& study) {
 
 // Tip deflection per load of the clamped beam of `length` spacings, loaded evenly over its last section:
 // linear response.
-double tip_deflection(const BeamStudy& study, const Section& section, std::int64_t length) {
+double tip_deflection(const BeamStudy& study, const BeamSection& section, std::int64_t length) {
   const solid::Network network = beam_of(study, length + study.clamped);
   const auto per_section = static_cast<Eigen::Index>(section.nodes);
   solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
@@ -113,7 +79,7 @@ double tip_deflection(const BeamStudy& study, const Section& section, std::int64
 
 // Tip deflection per load of a row of hinges: one of compliance 1/k_a per node along the axis.
 double hinge_sum(const BeamStudy& study, std::int64_t length) {
-  const double r0 = std::visit([](const auto& shape) { return shape.spacing; }, study.section.shape);
+  const double r0 = spacing_of(study.section);
   const auto n = static_cast<double>(length);
   return r0 * r0 * n * (n + 1.0) * (2.0 * n + 1.0) / 6.0 / study.material.angle_stiffness;
 }
@@ -124,7 +90,7 @@ double beam_root(int k) {
   return bracketed_root([](double x) { return std::cos(x) + 1.0 / std::cosh(x); }, guess - 0.5, guess + 0.5);
 }
 
-void compare_frequencies(const BeamStudy& study, const Section& section, Observations& seen) {
+void compare_frequencies(const BeamStudy& study, const BeamSection& section, Observations& seen) {
   const std::int64_t length = study.lengths.back();
   const solid::Network network = beam_of(study, length + study.clamped);
   solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
@@ -152,8 +118,8 @@ void compare_frequencies(const BeamStudy& study, const Section& section, Observa
 
 Observations run(const BeamStudy& study, Progress& progress, engine::Cost& cost) {
   Observations seen;
-  const Section section = section_of(study);
-  const Section measured = measured_section(study);
+  const BeamSection section = section_of(study.material, study.section, spacing_of(study.section));
+  const BeamSection measured = measured_section(study);
   const bool chain = section.nodes == 1.0;
   seen.metrics = {
       {"bending_springs", measured.spring_bending, "M L^3 T^-2", "bending stiffness of the springs"},
@@ -178,8 +144,7 @@ Observations run(const BeamStudy& study, Progress& progress, engine::Cost& cost)
                  {"error", "", "1", "departure from Timoshenko's beam", {}}}};
   for (std::size_t i = 0; i < study.lengths.size(); ++i) {
     progress.show("cantilevers", i, study.lengths.size());
-    const double span = static_cast<double>(study.lengths[i]) *
-                        std::visit([](const auto& s) { return s.spacing; }, study.section.shape);
+    const double span = static_cast<double>(study.lengths[i]) * spacing_of(study.section);
     const double beam = span * span * span / (3.0 * section.bending()) + (chain ? 0.0 : span / section.shear);
     const double tip = tip_deflection(study, section, study.lengths[i]);
     record.append({span, tip, beam, std::abs(tip / beam - 1.0)});
@@ -241,11 +206,7 @@ engine::Study read_beam(const io::Section& top) {
                                     "bending",          "bending_deviation", "bending_over_continuum",
                                     "timoshenko_error", "timoshenko_order",  "hinge_error"};
   for (int k = 1; k <= study.frequencies; ++k) measures.push_back(fmt::format("frequency_ratio_{}", k));
-  scene::SolidSpec longest = study.section;
-  if (auto* rod = std::get_if<solid::Rod>(&longest.shape))
-    rod->sections = study.lengths.back() + study.clamped;
-  if (auto* block = std::get_if<solid::Block>(&longest.shape))
-    block->nodes[2] = study.lengths.back() + study.clamped;
+  const scene::SolidSpec longest = with_sections(study.section, study.lengths.back() + study.clamped);
   return {.plan = engine::read_plan(
               top, {.law = law,
                     .solid = longest,

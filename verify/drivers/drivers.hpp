@@ -22,8 +22,23 @@ engine::Study read_elasticity(const io::Section& top);
 /// Bending of beams: stiffness of the section term by term, cantilevers, bending frequencies.
 engine::Study read_beam(const io::Section& top);
 
+/// A clamped beam under a large dead load at its tip, against the elastica.
+engine::Study read_elastica(const io::Section& top);
+
+/// Critical load of a pinned column, against Euler's and with shear.
+engine::Study read_buckling(const io::Section& top);
+
+/// Torsion of square bars, against Saint-Venant's series.
+engine::Study read_torsion(const io::Section& top);
+
 /// Period of a swinging pair or chain: error of leap-frog against the work done.
 engine::Study read_oscillation(const io::Section& top);
+
+/// Flows between walls and through arrays of obstacles against exact solutions and known drag.
+engine::Study read_channel(const io::Section& top);
+
+/// Mass, momentum and staggered momentum of a fluid over many steps.
+engine::Study read_conservation(const io::Section& top);
 
 /// The solid against a table that another program computed.
 engine::Study read_compare(const io::Section& top);
@@ -44,11 +59,16 @@ inline const std::vector<engine::Driver>& all() {
       {"tensile", "static pull on a bar: stress-strain curve and modulus at zero strain", &read_tensile},
       {"elasticity", "elastic constants of the infinite lattice", &read_elasticity},
       {"beam", "bending stiffness, cantilevers and bending frequencies", &read_beam},
+      {"elastica", "large deflection of a clamped beam, against the elastica", &read_elastica},
+      {"buckling", "critical load of a pinned column, against Euler's and with shear", &read_buckling},
+      {"torsion", "torsion of square bars, against Saint-Venant's series", &read_torsion},
       {"oscillation", "period of a pair or chain: error against run time", &read_oscillation},
       {"wave", "plane waves of the fluid against the continuum and the lattice's eigenvalues", &read_wave},
       {"vortex", "decaying vortices and shear waves: convergence, error against run time", &read_vortex},
       {"galilean", "viscosity of a fluid that streams through the lattice", &read_galilean},
       {"stability", "first time step that a noisy body does not survive", &read_stability},
+      {"channel", "flows between walls and through arrays of obstacles", &read_channel},
+      {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
   };
   return drivers;
 }

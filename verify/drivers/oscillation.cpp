@@ -165,7 +165,8 @@ engine::Study read_oscillation(const io::Section& top) {
       t.fail("steps_per_period", "they do not rise", "the order is taken between neighbours", "Sort them");
   }
   return {.plan = engine::read_plan(
-              top, {.law = law, .solid = solid, .method = "leap-frog, free, from rest", .moves = true}),
+              top,
+              {.law = law, .solid = solid, .method = "leap-frog, from rest", .moves = true, .is_free = true}),
           .measures = {"exact_period", "period_error", "order", "period_over_harmonic"},
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }

@@ -56,19 +56,21 @@ class Body {
     const auto nodes = network_.node_count();
     stretched_ = Positions::Zero(nodes, 3);
     stretched_.col(2) = trial.prestrain * network_.rest.col(2);
-    held_ = solid::Held::Constant(nodes, 3, false);
     if (trial.prestrain != 0.0) hold_ends();
     std::mt19937_64 random(trial.seed);
     noisy_ = stretched_;
     for (Eigen::Index i = 0; i < noisy_.size(); ++i) {
       const double uniform =
           static_cast<double>(random() >> 11) * 0x1p-53;  // in [0, 1), the same with any library
-      if (!held_.data()[i]) noisy_.data()[i] += trial.amplitude * (2.0 * uniform - 1.0);
+      const bool is_held = held_.size() > 0 && held_.data()[i];
+      if (!is_held) noisy_.data()[i] += trial.amplitude * (2.0 * uniform - 1.0);
     }
   }
 
   double linear_limit() const {
-    return 2.0 / solid::largest_frequency(study_.material, network_, stretched_, held_, 1.0);
+    const solid::Held nothing = solid::Held::Constant(network_.node_count(), 3, false);
+    return 2.0 / solid::largest_frequency(study_.material, network_, stretched_,
+                                          held_.size() > 0 ? held_ : nothing, 1.0);
   }
 
   Run run(double dt) const {
@@ -96,6 +98,7 @@ class Body {
 
  private:
   void hold_ends() {
+    held_ = solid::Held::Constant(network_.node_count(), 3, false);
     const double last = network_.rest.col(2).maxCoeff();
     for (Eigen::Index i = 0; i < network_.node_count(); ++i) {
       const double z = network_.rest(i, 2);
@@ -124,7 +127,7 @@ class Body {
   const StabilityStudy& study_;
   solid::Network network_;
   Positions stretched_, noisy_;
-  solid::Held held_;
+  solid::Held held_;  // empty for a free body
 };
 
 // The first step size that fails, looking upwards from a third of the linear limit, then refined by halving.
@@ -255,15 +258,20 @@ engine::Study read_stability(const io::Section& top) {
     t.fail("growth", "'growth' is not positive", "it bounds the energy error", "Use 5");
   if (!(study.resolution > 1e-6))
     t.fail("resolution", "'resolution' is too fine", "each halving is a run", "Use 0.005");
-  return {.plan = engine::read_plan(
-              top,
-              {.law = law,
-               .solid = solid,
-               .method = "leap-frog without sub-steps, free or held at both ends; no drag, no drive, no load",
-               .moves = true}),
-          .measures = {"least_ratio", "largest_ratio", "linear_limit", "longest", "shortest", "boundary.dt",
-                       "boundary.ratio", "boundary.linear_limit"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+  const bool is_free = std::all_of(study.prestrains.begin(), study.prestrains.end(),
+                                   [](double strain) { return strain == 0.0; });
+  return {
+      .plan = engine::read_plan(
+          top, {.law = law,
+                .solid = solid,
+                .method = is_free ? "leap-frog without sub-steps; no drag, no drive, no load"
+                                  : "leap-frog without sub-steps, held at both ends where strained; no drag, "
+                                    "no drive, no load",
+                .moves = true,
+                .is_free = is_free}),
+      .measures = {"least_ratio", "largest_ratio", "linear_limit", "longest", "shortest", "boundary.dt",
+                   "boundary.ratio", "boundary.linear_limit"},
+      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 
 }  // namespace veriflex::drivers

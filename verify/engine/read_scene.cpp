@@ -144,7 +144,38 @@ std::optional<fluid::Walls> read_walls(const io::Section& fluid, std::size_t axi
   return walls;
 }
 
+/// The voxels of the obstacle; a box that does not fit into memory is refused before they are looked for.
+std::vector<std::int64_t> read_voxels(const io::Section& fluid, const fluid::Spec& spec) {
+  const fluid::Shape shape = read_obstacle(fluid);
+  try {
+    fluid::require_memory(spec);
+  } catch (const BadParameter& bad) {
+    fluid.fail("nodes", bad.problem, bad.why, bad.suggestion);
+  }
+  std::vector<std::int64_t> nodes = fluid::voxels(spec.grid, shape);
+  if (nodes.empty() || static_cast<std::int64_t>(nodes.size()) == spec.grid.count()) {
+    fluid.table("obstacle")
+        .fail("radius", fmt::format("the obstacle covers {} nodes", nodes.empty() ? "no" : "all"),
+              "it stops the fluid at some nodes of the box", "Change its radius or centre");
+  }
+  return nodes;
+}
+
 }  // namespace
+
+fluid::Shape read_obstacle(const io::Section& fluid) {
+  const io::Section table = fluid.table("obstacle");
+  const std::string shape = table.choice("shape", {"sphere", "cylinder"});
+  const Vec3 centre = read_vector(table, "centre");
+  const double radius = table.number("radius");
+  if (!(radius > 0.0)) {
+    table.fail("radius", fmt::format("'radius' is {}", radius), "it must be positive",
+               "Give for example 4.0");
+  }
+  if (shape == "sphere") return fluid::Sphere{centre, radius};
+  const std::string axis = table.choice("axis", {"x", "y", "z"});
+  return fluid::Cylinder{centre, radius, static_cast<std::size_t>(axis[0] - 'x')};
+}
 
 fluid::Spec read_fluid(const io::Section& top, Varied varied) {
   const io::Section table = top.table("fluid");
@@ -165,7 +196,21 @@ fluid::Spec read_fluid(const io::Section& top, Varied varied) {
     spec.scheme = fluid::Scheme::Guo;
   }
   for (std::size_t axis = 0; axis < 3; ++axis) spec.walls[axis] = read_walls(table, axis);
+  if (varied == Varied::Nothing && table.has("obstacle")) spec.obstacle = read_voxels(table, spec);
   return spec;
+}
+
+observe::Watch read_watch(const io::Section& top) {
+  observe::Watch watch;
+  if (!top.has("watch")) return watch;
+  const io::Section table = top.table("watch");
+  if (table.has("every")) watch.every = table.integer("every", 1, 1'000'000'000);
+  watch.mach_limit = table.number("mach_limit", watch.mach_limit);
+  if (!(watch.mach_limit > 0.0)) {
+    table.fail("mach_limit", fmt::format("'mach_limit' is {}", watch.mach_limit), "nothing may move then",
+               "Give for example 0.3");
+  }
+  return watch;
 }
 
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene) {

@@ -2,7 +2,9 @@
 #pragma once
 
 #include "bond/derive.hpp"
+#include "fluid/obstacle.hpp"
 #include "io/document.hpp"
+#include "observe/watch.hpp"
 #include "scene/plan.hpp"
 
 namespace veriflex::engine {
@@ -24,6 +26,12 @@ double read_angle_stiffness(const io::Section& top);
 /// the driver that varies them when `varied` says so: they are then 1 node and tau = 1.
 enum class Varied { Nothing, Nodes, NodesAndRelaxationTime };
 fluid::Spec read_fluid(const io::Section& top, Varied varied = Varied::Nothing);
+
+/// [fluid.obstacle]: the shape that read_fluid cuts out of the box; for drivers that refine it.
+fluid::Shape read_obstacle(const io::Section& fluid);
+
+/// [watch]: when a fluid is looked after, and how fast it may become. The table may be absent.
+observe::Watch read_watch(const io::Section& top);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.
 scene::Plan read_plan(const io::Section& top, const scene::Scene& scene);

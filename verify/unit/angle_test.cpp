@@ -1,12 +1,13 @@
 #include "solid/angle.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 #include <vector>
 
 #include "catch.hpp"
-#include "solid/angle_kernel.hpp"
+#include "solid/network.hpp"
 
 using namespace veriflex;
 using namespace veriflex::solid;
@@ -173,8 +174,7 @@ TEST_CASE("The vectorised loop over angles gives what the plain formulas give, a
     angles.push_back({first, first + 1, sign, 1, straight});
   }
   Positions fast = Positions::Zero(bonds, 3);
-  REQUIRE(
-      add_angle_gradients(angles.data(), count, d.data(), static_cast<std::size_t>(bonds), 0.7, fast.data()));
+  REQUIRE(add_angle_gradients(arrange(angles, 2 * count), d.data(), 2 * count, 0.7, fast.data()));
   for (const Angle& t : angles) {
     const Vec3 a = t.sign_a * d.row(t.bond_a).transpose();
     const Vec3 b = t.sign_b * d.row(t.bond_b).transpose();
@@ -194,11 +194,72 @@ TEST_CASE("The vectorised loop reports an angle without a gradient wherever it s
       angles.push_back({2 * i, 2 * i + 1, 1, 1, false});
     }
     Positions g = Positions::Zero(200, 3);
-    CHECK(add_angle_gradients(angles.data(), 100, d.data(), 200, 1.0, g.data()));
+    CHECK(add_angle_gradients(arrange(angles, 200), d.data(), 200, 1.0, g.data()));
     CHECK(g.norm() == 0.0);
     d.row(static_cast<Eigen::Index>(2 * bad + 1)) = d.row(static_cast<Eigen::Index>(2 * bad));
-    CHECK_FALSE(add_angle_gradients(angles.data(), 100, d.data(), 200, 1.0, g.data()));
+    CHECK_FALSE(add_angle_gradients(arrange(angles, 200), d.data(), 200, 1.0, g.data()));
     d(static_cast<Eigen::Index>(2 * bad + 1), 1) = std::nan("");
-    CHECK_FALSE(add_angle_gradients(angles.data(), 100, d.data(), 200, 1.0, g.data()));
+    CHECK_FALSE(add_angle_gradients(arrange(angles, 200), d.data(), 200, 1.0, g.data()));
+  }
+}
+
+TEST_CASE("Every angle is arranged once: the fans of a lattice are its nodes, as few shapes as it has") {
+  Network rod = rod_lattice({2.5, 51, 1.0});
+  add_angles(rod);
+  const AngleFans fans = arrange(rod.angles, rod.bonds.size());
+  CHECK(fans.angle_count == rod.angles.size());
+  CHECK(fans.groups.size() == 4);  // three, four, five and six arms
+  std::size_t nodes = 0;
+  for (const AngleFans::Group& group : fans.groups) nodes += group.fans;
+  CHECK(nodes == 1071);
+}
+
+TEST_CASE("Forces do not depend on the order of the angles, however many meet at a node") {
+  // A star of twelve bonds with all its 66 angles, every third of them straight: more arms than a fan has.
+  std::mt19937 random(11);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  Positions d(12, 3);
+  for (double& component : d.reshaped()) component = uniform(random);
+  std::vector<Angle> angles;
+  for (std::int32_t p = 0; p < 12; ++p) {
+    for (std::int32_t q = p + 1; q < 12; ++q) {
+      const std::int8_t sign = p % 2 == 0 ? 1 : -1;
+      angles.push_back({p, q, sign, 1, angles.size() % 3 == 0});
+    }
+  }
+  Positions plain = Positions::Zero(12, 3);
+  for (const Angle& t : angles) {
+    const Vec3 a = t.sign_a * d.row(t.bond_a).transpose();
+    const Vec3 b = t.sign_b * d.row(t.bond_b).transpose();
+    const AngleGradient g = angle_gradient(angle_state(a, b, t.straight), a, b);
+    plain.row(t.bond_a) += t.sign_a * g.a;
+    plain.row(t.bond_b) += t.sign_b * g.b;
+  }
+  for (int order = 0; order < 5; ++order) {
+    std::shuffle(angles.begin(), angles.end(), random);
+    const AngleFans fans = arrange(angles, 12);
+    CHECK(fans.angle_count == angles.size());
+    Positions fast = Positions::Zero(12, 3);
+    REQUIRE(add_angle_gradients(fans, d.data(), 12, 1.0, fast.data()));
+    CHECK((fast - plain).cwiseAbs().maxCoeff() < 1e-14 * plain.cwiseAbs().maxCoeff());
+  }
+}
+
+TEST_CASE("The formula for small deviations and the one for any meet without a step") {
+  // Deviations around 30 degrees, where the vectorised loop hands over.
+  for (const bool straight : {true, false}) {
+    for (const double off : {-1e-9, 1e-9, -0.1, 0.1}) {
+      const double theta =
+          (straight ? std::numbers::pi : 0.5 * std::numbers::pi) - std::numbers::pi / 6.0 + off;
+      Positions d = Positions::Zero(2, 3);
+      d.row(0) = Vec3(0.9, 0.0, 0.0);
+      d.row(1) = 1.2 * Vec3(std::cos(theta), std::sin(theta), 0.0);
+      Positions fast = Positions::Zero(2, 3);
+      REQUIRE(add_angle_gradients(arrange({{0, 1, 1, 1, straight}}, 2), d.data(), 2, 1.0, fast.data()));
+      const double deviation = -std::numbers::pi / 6.0 + off;
+      CHECK(fast(0, 1) == Approx(-deviation / 0.9).epsilon(1e-14));
+      CHECK(std::abs(fast(0, 0)) < 1e-14);
+      CHECK(fast.row(1).norm() == Approx(std::abs(deviation) / 1.2).epsilon(1e-14));
+    }
   }
 }

@@ -214,3 +214,22 @@ TEST_CASE("Linear response of a chain of straight angles is the sum of its hinge
   for (int j = 1; j <= n - 2; ++j) sum += j * j;
   CHECK(u(n - 1, 0) == Approx(sum / 0.025).epsilon(1e-11));
 }
+
+TEST_CASE(
+    "Nodes that coincide and angles that fold back stop a motion with their nodes, at the start and later") {
+  Network chain = cubic_lattice({{1, 1, 3}, 1.0});
+  add_angles(chain);
+  Positions coincident = zero(chain);
+  coincident(2, 2) = -1.0;
+  CHECK_THROWS_WITH(Leapfrog(glsm, chain, {}, 0.1, {}, coincident, zero(chain)),
+                    ContainsSubstring("start: nodes 1 and 2 of a bond coincide"));
+  CHECK_THROWS_WITH(largest_frequency(glsm, chain, coincident, nothing_held(chain), 1.0),
+                    ContainsSubstring("no Hessian: nodes 1 and 2 of a bond coincide"));
+  // The last node flies through its neighbour: within one step of 1 it is on the other side.
+  Positions v = zero(chain);
+  v(2, 2) = -1.5;
+  Leapfrog motion(glsm, chain, {}, 1.0, {}, zero(chain), v);
+  CHECK_THROWS_WITH(
+      motion.step(),
+      ContainsSubstring("step 1: angle of nodes 0, 1 and 2 is folded back (0 degrees, 180 at rest)"));
+}

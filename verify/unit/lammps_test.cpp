@@ -204,6 +204,11 @@ TEST_CASE("What cannot be a network is refused at its row") {
              StartsWith("x.data:42:1: angle 1 needs a bond between atoms 10 and 30"));
   CHECK_THAT(message_of(with("20 1 1 1 0 0", "20 1 1 0 0 0")),
              StartsWith("x.data:21:1: bond 7 has length zero"));
+  CHECK_THAT(message_of(with("30 1 2 1 1 0", "30 1 2 2 0 0")),
+             StartsWith("x.data:42:1: angle 1 is flat (its type rests at 90 degrees") &&
+                 ContainsSubstring("Name type 1 in straight_types"));
+  CHECK_THAT(message_of(with("30 1 2 1 1 0", "30 1 2 0.5 0 0")),
+             StartsWith("x.data:42:1: angle 1 is folded back (its type rests at 90 degrees"));
   CHECK_THAT(message_of("t\n1 atoms\n1 atom types\nAtoms # atomic\n1 1 0 0 0\n"),
              StartsWith("x.data: the file has no bonds"));
 }

@@ -275,7 +275,7 @@ TEST_CASE("A start outside the law's domain is refused") {
   Positions u = no_load(network);
   u(2, 2) = 0.6;
   CHECK_THROWS_WITH(equilibrium({fene_lj, 0.0}, network, u, Held::Constant(3, 3, true), no_load(network)),
-                    ContainsSubstring("outside the domain"));
+                    ContainsSubstring("bond of nodes 1 and 2 has length 1.56"));
 }
 
 TEST_CASE("With angles a lattice at rest has no zero modes but its six rigid motions") {
@@ -298,4 +298,29 @@ TEST_CASE("The modulus of a bar scales with powers of two bit for bit") {
   const double stress = pull_to_strain(fene_lj, unit, true, 0.1).stress;
   const double other = pull_to_strain(scaled, {unit.nodes, unit.spacing * sigma}, true, 0.1).stress;
   CHECK(other / eta * sigma * sigma * sigma == stress);
+}
+
+TEST_CASE(
+    "A static solution says what is undefined at its start: which nodes coincide, which angle is folded "
+    "back") {
+  Network chain = cubic_lattice({{1, 1, 4}, 1.0});
+  add_angles(chain);
+  const Held held = Held::Constant(4, 3, false);
+  const Material material{harmonic, 0.025};
+  Positions coincident = no_load(chain);
+  coincident(1, 2) = -1.0;
+  CHECK_THROWS_WITH(equilibrium(material, chain, coincident, held, no_load(chain)),
+                    ContainsSubstring("start of a static solution: nodes 0 and 1 of a bond coincide"));
+  Positions folded = no_load(chain);
+  folded(2, 2) = -1.5;
+  CHECK_THROWS_WITH(equilibrium(material, chain, folded, held, no_load(chain)),
+                    ContainsSubstring("angle of nodes 0, 1 and 2 is folded back (0 degrees, 180 at rest)"));
+  Network flat = chain;
+  for (Angle& angle : flat.angles) angle.straight = false;
+  CHECK_THROWS_WITH(equilibrium(material, flat, no_load(chain), held, no_load(chain)),
+                    ContainsSubstring("angle of nodes 0, 1 and 2 is flat (180 degrees, 90 at rest)"));
+  Positions nan = no_load(chain);
+  nan(3, 0) = std::nan("");
+  CHECK_THROWS_WITH(equilibrium(material, chain, nan, held, no_load(chain)),
+                    ContainsSubstring("bond of nodes 2 and 3 has length nan"));
 }

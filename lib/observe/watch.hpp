@@ -1,0 +1,25 @@
+/// Looks after a fluid while it runs: a run that has left its validity must end with its name and place, not
+/// with numbers that look like a result.
+#pragma once
+
+#include <cstdint>
+
+#include "fluid/fluid.hpp"
+
+namespace veriflex::observe {
+
+struct Watch {
+  std::int64_t every = 100;  // steps from one look to the next
+  /// Largest speed over the speed of sound. At 0.3 pressure changes the density by Ma^2/2 = 4.5 %, and the
+  /// terms of order Ma^3 that the equilibrium leaves out come to a few per cent of what it keeps.
+  double mach_limit = 0.3;
+};
+
+/// Throws NumericalFailure, which names step, node, quantity, value and bound, when any node is not a number,
+/// has no positive density, or is faster than the limit. Costs about as much as a step or two.
+void check(const fluid::Fluid& fluid, const Watch& watch);
+
+/// check() at every watch.every-th step of the fluid.
+void check_when_due(const fluid::Fluid& fluid, const Watch& watch);
+
+}  // namespace veriflex::observe

@@ -1,0 +1,196 @@
+// How fast the fluid is, against what this machine's memory allows in the same minutes.
+//
+// The limit of an in-place kernel: every cache line of the populations is read once and written once per
+// step, 240 bytes a node for double, 120 for float. The machine's own rate for that is measured by updating a
+// large array in place, alternately with the kernel, because shared machines change their speed within
+// seconds.
+#include <fmt/format.h>
+#include <omp.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "base/memory.hpp"
+#include "fluid/fluid.hpp"
+#include "io/file.hpp"
+
+namespace {
+
+using namespace veriflex;
+
+double seconds_of(const auto& work) {
+  const auto start = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Bandwidth of long arrays, every line read and written once (update), or read here and written there
+/// (copy).
+class Memory {
+ public:
+  Memory() : from_(allocate_pages(bytes)), to_(allocate_pages(bytes)) {
+    double* const a = from();
+    double* const b = to();
+#pragma omp parallel for schedule(static)
+    for (std::int64_t i = 0; i < count; ++i) a[i] = b[i] = 1.0;
+  }
+
+  /// Best of some repeats so far  [GB/s], read plus written.
+  void measure() {
+    double* const a = from();
+    double* const b = to();
+    update = std::max(update, 2e-9 * bytes / seconds_of([=] {
+#pragma omp parallel for simd schedule(static)
+                                for (std::int64_t i = 0; i < count; ++i) a[i] = 0.999 * a[i] + 1e-3;
+                              }));
+    copy = std::max(copy, 2e-9 * bytes / seconds_of([=] {
+#pragma omp parallel for simd schedule(static)
+                            for (std::int64_t i = 0; i < count; ++i) b[i] = a[i];
+                          }));
+  }
+
+  double update = 0.0, copy = 0.0;
+
+ private:
+  static constexpr std::int64_t bytes = 1LL << 30;
+  static constexpr std::int64_t count = bytes / 8;
+  double* from() const { return reinterpret_cast<double*>(from_.get()); }
+  double* to() const { return reinterpret_cast<double*>(to_.get()); }
+  Pages from_, to_;
+};
+
+struct Run {
+  std::array<std::int64_t, 3> box;
+  fluid::Storage storage;
+  bool walls_and_force;
+};
+
+std::string box_name(const Run& run) { return fmt::format("{}x{}x{}", run.box[0], run.box[1], run.box[2]); }
+
+fluid::Spec spec_of(const Run& run) {
+  fluid::Spec spec{.grid = {run.box}, .relaxation_time = 1.0, .storage = run.storage};
+  if (run.walls_and_force) {
+    spec.body_force = {0.0, 0.0, 1e-7};
+    for (auto& walls : spec.walls) walls = fluid::Walls{};
+  }
+  return spec;
+}
+
+/// A smooth flow that is different everywhere.
+fluid::Populations start_at(const Grid& grid, std::int64_t node) {
+  const auto [x, y, z] = grid.node(node);
+  const double a = 0.1 * static_cast<double>(x);
+  const double b = 0.07 * static_cast<double>(y);
+  const double c = 0.05 * static_cast<double>(z);
+  return fluid::equilibrium(1.0 + 1e-3 * std::sin(a + b + c),
+                            {0.01 * std::sin(b), 0.01 * std::cos(c + a), 0.01 * std::sin(a - b)});
+}
+
+/// FNV-1a over the bits of all populations in the order of the nodes: the same for any number of threads.
+std::string checksum(const fluid::Fluid& fluid) {
+  const Grid& grid = fluid.spec().grid;
+  const std::int64_t plane = grid.size[0] * grid.size[1];
+  std::vector<std::int64_t> nodes(static_cast<std::size_t>(plane));
+  std::vector<fluid::Populations> h(nodes.size());
+  std::uint64_t hash = 14695981039346656037ULL;
+  for (std::int64_t z = 0; z < grid.size[2]; ++z) {
+    for (std::int64_t i = 0; i < plane; ++i) nodes[static_cast<std::size_t>(i)] = z * plane + i;
+    fluid.populations(nodes, h);
+    for (const fluid::Populations& node : h) {
+      for (const double value : node) hash = (hash ^ std::bit_cast<std::uint64_t>(value)) * 1099511628211ULL;
+    }
+  }
+  return fmt::format("{:016x}", hash);
+}
+
+nlohmann::json measure(const Run& run, Memory& memory) {
+  const fluid::Spec spec = spec_of(run);
+  const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
+  fluid->start([&](std::int64_t node) { return start_at(spec.grid, node); });
+  const auto nodes = static_cast<double>(spec.grid.count());
+  // Pairs of steps, because odd and even ones move different data; as many as take about a third of a second.
+  const auto pairs = std::max<std::int64_t>(2, std::llround(0.3 * 300e6 / (2.0 * nodes)));
+  memory.update = memory.copy = 0.0;
+  std::vector<double> rates;
+  for (int repeat = 0; repeat < 5; ++repeat) {
+    memory.measure();
+    rates.push_back(2.0 * static_cast<double>(pairs) * nodes * 1e-6 / seconds_of([&] {
+                      for (std::int64_t step = 0; step < 2 * pairs; ++step) fluid->collide_and_stream();
+                    }));
+  }
+  const double mlups = *std::max_element(rates.begin(), rates.end());
+  const double bytes = fluid::Q * 2.0 * (run.storage == fluid::Storage::Double ? 8.0 : 4.0);
+  const double limit = memory.update * 1e3 / bytes;
+  std::sort(rates.begin(), rates.end());
+  fmt::print(
+      "{:>12} {:6}{}  {:7.1f} MLUPS (median {:.1f})  {:5.1f} GB/s in place, {:5.1f} copied  fraction "
+      "{:.3f}\n",
+      box_name(run), run.storage == fluid::Storage::Double ? "double" : "float",
+      run.walls_and_force ? ", 6 walls, force" : "", mlups, rates[2], memory.update, memory.copy,
+      mlups / limit);
+  return {{"box", box_name(run)},
+          {"storage", run.storage == fluid::Storage::Double ? "double" : "float"},
+          {"threads", omp_get_max_threads()},
+          {"blocked", false},
+          {"walls_and_force", run.walls_and_force},
+          {"mlups", mlups},
+          {"mlups_median", rates[2]},
+          {"bytes_per_node", bytes},
+          {"update_bandwidth_gbs", memory.update},
+          {"copy_bandwidth_gbs", memory.copy},
+          {"fraction_of_limit", mlups / limit},
+          {"checksum", checksum(*fluid)}};
+}
+
+std::array<std::int64_t, 3> parse_box(const std::string& text) {
+  std::array<std::int64_t, 3> box{};
+  char x = 0;
+  char y = 0;
+  std::istringstream in(text);
+  if (!(in >> box[0] >> x >> box[1] >> y >> box[2]) || x != 'x' || y != 'x' || !in.eof() ||
+      *std::min_element(box.begin(), box.end()) < 1) {
+    throw CLI::ValidationError("--box", fmt::format("'{}' is not a box. Write for example 64x416x400", text));
+  }
+  return box;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Speed of the fluid against the memory's");
+  std::string box, storage, output;
+  app.add_option("--box", box, "one box only, such as 64x416x400");
+  app.add_option("--storage", storage, "one storage only")->check(CLI::IsMember({"double", "float"}));
+  app.add_option("--output", output, "JSON file");
+  try {
+    app.parse(argc, argv);
+    std::vector<std::array<std::int64_t, 3>> boxes{
+        {64, 64, 64}, {128, 128, 128}, {256, 256, 256}, {64, 416, 400}};
+    if (!box.empty()) boxes = {parse_box(box)};
+    Memory memory;
+    nlohmann::json runs = nlohmann::json::array();
+    double best = 0.0;
+    for (const auto& size : boxes) {
+      for (const fluid::Storage kind : {fluid::Storage::Double, fluid::Storage::Float}) {
+        if (storage == (kind == fluid::Storage::Double ? "float" : "double")) continue;
+        for (const bool walls_and_force : {false, true}) {
+          runs.push_back(measure({size, kind, walls_and_force}, memory));
+          best = std::max(best, memory.update);
+        }
+      }
+    }
+    const nlohmann::json all{
+        {"update_bandwidth_gbs", best}, {"threads", omp_get_max_threads()}, {"runs", runs}};
+    if (!output.empty()) io::write_file(output, all.dump(2) + "\n");
+  } catch (const CLI::Error& error) {
+    return app.exit(error);
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "fluid_bench: {}\n", error.what());
+    return 2;
+  }
+  return 0;
+}

@@ -1,0 +1,169 @@
+#include <cmath>
+
+#include "drivers/channel.hpp"
+#include "drivers/for_all.hpp"
+#include "engine/analytic/channel.hpp"
+#include "observe/field.hpp"
+
+namespace veriflex::drivers::channel {
+
+namespace {
+
+using observe::Observations;
+using observe::Record;
+
+struct Duct {
+  Common common;
+  Steady steady;
+  double velocity;  // on the axis at the first resolution  [L T^-1]
+};
+
+struct Piece {
+  std::size_t flow;    // axis along the duct
+  std::int64_t nodes;  // across
+};
+
+/// On the axis of the duct; falls as 1/nodes, so that the Reynolds number stays.
+double top_velocity(const Duct& study, std::int64_t nodes) {
+  return study.velocity * static_cast<double>(study.common.resolutions.front()) / static_cast<double>(nodes);
+}
+
+double force_of(const Duct& study, std::int64_t nodes) {
+  const auto width = static_cast<double>(nodes);
+  return fluid::viscosity(study.common.fluid.relaxation_time) * top_velocity(study, nodes) /
+         engine::square_duct(0.5 * width, 0.5 * width, width);
+}
+
+fluid::Spec spec_of(const Duct& study, const Piece& piece) {
+  fluid::Spec spec = study.common.fluid;
+  spec.grid.size = {piece.nodes, piece.nodes, piece.nodes};
+  spec.grid.size[piece.flow] = breadth;
+  spec.walls[along(piece.flow)] = fluid::Walls{};
+  spec.walls[along(along(piece.flow))] = fluid::Walls{};
+  spec.body_force[static_cast<Eigen::Index>(piece.flow)] = force_of(study, piece.nodes);
+  return spec;
+}
+
+/// Velocity over that of the exact solution on the axis, one row per node of the section; the columns are
+/// along the duct and the two axes after it.
+struct Section {
+  std::vector<double> y, z, velocity, exact;
+  double cross_flow;  // largest
+};
+
+Section section_of(const Duct& study, const Piece& piece, const Record& plane) {
+  constexpr const char* axes[] = {"x", "y", "z"};
+  constexpr const char* components[] = {"velocity_x", "velocity_y", "velocity_z"};
+  const std::size_t a = along(piece.flow), b = along(a);
+  const auto width = static_cast<double>(piece.nodes);
+  const double top = top_velocity(study, piece.nodes);
+  const double g = force_of(study, piece.nodes);
+  const double nu = fluid::viscosity(study.common.fluid.relaxation_time);
+  const auto value = [&](const char* column, std::size_t i) { return plane.find(column)->values[i]; };
+  Section section{{}, {}, {}, {}, 0.0};
+  for (std::size_t i = 0; i < plane.columns.front().values.size(); ++i) {
+    const double y = value(axes[a], i) + 0.5, z = value(axes[b], i) + 0.5;
+    section.y.push_back(y / width);
+    section.z.push_back(z / width);
+    section.velocity.push_back((value(components[piece.flow], i) + 0.5 * g) / top);
+    section.exact.push_back(g / nu * engine::square_duct(y, z, width) / top);
+    const double cross = std::hypot(value(components[a], i), value(components[b], i)) / top;
+    section.cross_flow = worse(section.cross_flow, cross);
+  }
+  return section;
+}
+
+Section steady_state(const Duct& study, const Piece& piece) {
+  const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec_of(study, piece));
+  const std::vector<std::int64_t> nodes = observe::plane(fluid->spec().grid, piece.flow, 0);
+  march_to_steady(*fluid, nodes, study.steady, study.common.watch);
+  return section_of(study, piece, observe::at_nodes(*fluid, nodes, {.velocity = true}, "plane", ""));
+}
+
+/// Nodes of a section stand in another order for each axis: z fastest where the duct is along y.
+double velocity_at(const Section& section, std::int64_t nodes, std::size_t flow, std::int64_t a,
+                   std::int64_t b) {
+  const std::int64_t place = flow == 1 ? b + nodes * a : a + nodes * b;
+  return section.velocity[static_cast<std::size_t>(place)];
+}
+
+double axis_difference(const std::vector<Section>& sections, std::int64_t nodes) {
+  double worst = 0.0;
+  for (std::int64_t b = 0; b < nodes; ++b) {
+    for (std::int64_t a = 0; a < nodes; ++a) {
+      const double along_z = velocity_at(sections[2], nodes, 2, a, b);
+      for (const std::size_t flow : {0U, 1U}) {
+        worst = worse(worst, std::abs(velocity_at(sections[flow], nodes, flow, a, b) - along_z));
+      }
+    }
+  }
+  return worst;
+}
+
+Record section_record(const Section& section) {
+  return {"section",
+          "Velocity in a section of the duct",
+          {{"y", "y/a", "1", "from wall to wall", section.y},
+           {"z", "z/a", "1", "from wall to wall", section.z},
+           {"velocity", "u/U", "1", "sum f c + g/2, over the exact velocity on the axis", section.velocity},
+           {"velocity_exact", "", "1", "series", section.exact}}};
+}
+
+/// Along y beside the middle and beside the wall.
+Record profile_record(const Section& section, std::int64_t nodes) {
+  Record profile{"profile",
+                 "Velocity across the duct, in the middle and beside a wall",
+                 {{"position", "y/a", "1", "from wall to wall", {}},
+                  {"middle", "", "1", "over the exact velocity on the axis", {}},
+                  {"middle_exact", "", "1", "series", {}},
+                  {"beside_wall", "", "1", "over the exact velocity on the axis", {}},
+                  {"beside_wall_exact", "", "1", "series", {}}}};
+  for (std::int64_t a = 0; a < nodes; ++a) {
+    const auto middle = static_cast<std::size_t>(a + nodes * (nodes / 2));
+    const auto wall = static_cast<std::size_t>(a);
+    profile.append({section.y[middle], section.velocity[middle], section.exact[middle],
+                    section.velocity[wall], section.exact[wall]});
+  }
+  return profile;
+}
+
+Observations run(const Duct& study, Progress& progress) {
+  const std::vector<std::int64_t>& resolutions = study.common.resolutions;
+  std::vector<Piece> pieces;  // the finest first: it takes longest
+  for (auto nodes = resolutions.rbegin(); nodes != resolutions.rend(); ++nodes) pieces.push_back({2, *nodes});
+  for (const std::size_t flow : {0U, 1U}) pieces.push_back({flow, resolutions.front()});
+  std::vector<Section> sections(pieces.size());
+  for_all(pieces.size(), "ducts", progress,
+          [&](std::size_t i) { sections[i] = steady_state(study, pieces[i]); });
+
+  const std::size_t coarsest = resolutions.size() - 1;
+  Observations seen;
+  seen.records = {profile_record(sections.front(), resolutions.back()), section_record(sections.front())};
+  std::vector<Norms> errors;
+  for (std::size_t i = 0; i < resolutions.size(); ++i) {
+    const Section& section = sections[coarsest - i];
+    errors.push_back(error_norms(section.velocity, section.exact));
+  }
+  add_convergence(seen, resolutions, errors);
+  seen.metrics.push_back(
+      {"axis_difference",
+       axis_difference({sections[coarsest + 1], sections[coarsest + 2], sections[coarsest]},
+                       resolutions.front()),
+       "1", "duct along x or y against z, over the top velocity, first resolution"});
+  seen.metrics.push_back({"cross_flow", sections[coarsest].cross_flow, "1",
+                          "largest velocity across the duct over the top velocity, first resolution"});
+  return seen;
+}
+
+}  // namespace
+
+engine::Study read_duct(const io::Section& top) {
+  const io::Section t = top.table("channel");
+  const Duct study{.common = read_common(top), .steady = read_steady(t, 1e-12), .velocity = read_velocity(t)};
+  std::vector<std::string> measures = convergence_measures();
+  measures.insert(measures.end(), {"axis_difference", "cross_flow"});
+  return study_of(top, spec_of(study, {2, study.common.resolutions.back()}), measures,
+                  [study](Progress& progress, engine::Cost&) { return run(study, progress); });
+}
+
+}  // namespace veriflex::drivers::channel

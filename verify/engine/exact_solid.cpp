@@ -1,0 +1,30 @@
+#include "engine/exact_solid.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "base/root.hpp"
+
+namespace veriflex::engine {
+
+ElasticaTip elastica_tip(double load) {
+  if (load == 0.0) return {0.0, 1.0, 0.0};
+  const double root = std::sqrt(load);
+  // All by u = pi/2 - slope, which stays precise at both ends: k = cos(u/2), tan(theta) = 1/sqrt(sin slope).
+  const auto modulus = [](double u) { return std::cos(0.5 * u); };
+  const auto theta = [](double u) { return std::atan2(1.0, std::sqrt(std::cos(u))); };
+  const double u = bracketed_root(
+      [&](double x) { return std::comp_ellint_1(modulus(x)) - std::ellint_1(modulus(x), theta(x)) - root; },
+      1e-6, 0.5 * std::numbers::pi);
+  const double second = std::comp_ellint_2(modulus(u)) - std::ellint_2(modulus(u), theta(u));
+  return {1.0 - 2.0 * second / root, std::sqrt(2.0 * std::cos(u)) / root, 0.5 * std::numbers::pi - u};
+}
+
+double torsion_constant_of_square() {
+  double sum = 0.0;
+  // Up to where a term no longer counts in double precision.
+  for (int n = 1999; n > 0; n -= 2) sum += std::tanh(0.5 * n * std::numbers::pi) / std::pow(n, 5);
+  return 1.0 / 3.0 - 64.0 / std::pow(std::numbers::pi, 5) * sum;
+}
+
+}  // namespace veriflex::engine
