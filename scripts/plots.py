@@ -7,7 +7,7 @@ import re
 import warnings
 from dataclasses import dataclass
 from io import StringIO
-from itertools import count
+from itertools import count, cycle
 from pathlib import Path
 
 import matplotlib
@@ -24,6 +24,7 @@ WIDTH, HEIGHT = 4.8, 3.3  # inches
 MARK = dict(color="#555555", linewidth=0.9)
 BAND_COLOURS = ("#8DB4D6", "#BCD4E8", "#E1ECF5")  # narrowest tolerance first
 MANY_ROWS, MANY_PANELS = 20000, 4  # beyond these a record without a plot of its own is not drawn
+MANY_CURVES = 8  # more than these are drawn in a panel for each quantity
 FEW_ROWS, MARKED_ROWS = 6, 41  # fewer rows than these draw no curve; draw their points too
 
 
@@ -367,12 +368,28 @@ def label_points(axes, steps):
 def convergence(result, record, key):
     """Every column error_<name> against the first column, log-log, with the measured order (metric order_<name>)."""
     errors = [name for name in record.columns if name.startswith("error_")]
+    # Many curves get a panel for each quantity, the first word of their names.
+    quantities = {name.split("_")[1]: None for name in errors} if len(errors) > MANY_CURVES else {"": None}
     if not errors:
         return None
-    drawing, (axes,) = canvas(height=3.5)
+    legend_rows = len(errors) + len(quantities)  # names are long: one row each
+    drawing, panels = canvas(len(quantities), height=2.0 * len(quantities) + 0.6 + 0.18 * legend_rows)
     first = next(iter(record.columns.values()))
+    drawn = [
+        converging(axes, result, record, first, [name for name in errors if name.startswith(f"error_{word}")])
+        for axes, word in zip(panels, quantities)
+    ]
+    if not any(drawn):
+        return None
+    panels[-1].set_xlabel(column_label(first))
+    caption = "Convergence; dotted: the slope of the nearest whole order, below its curve."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def converging(axes, result, record, first, errors):
+    """One panel of convergence(); whether there is anything to see."""
     handles = []
-    for number, (name, marker) in enumerate(zip(errors, "os^Dvx")):
+    for number, (name, marker) in enumerate(zip(errors, markers())):
         drawn = (record[name] > 0) & (first.values > 0) & np.isfinite(record[name])
         steps, values = first.values[drawn], record[name][drawn]
         if not len(steps):
@@ -387,45 +404,158 @@ def convergence(result, record, key):
             guide = 0.4 * values[coarsest] * (steps / steps[coarsest]) ** round(order)
             axes.plot(steps, guide, ":", color=colour, linewidth=1)
     if not handles:
-        return None
+        return False
     axes.set_xscale("log")
     axes.set_yscale("log")
     label_points(axes, np.unique(np.concatenate([line.get_xdata() for line in handles])))
     smallest = min(np.min(line.get_ydata()) for line in handles)
     largest = max(np.max(line.get_ydata()) for line in handles)
     axes.set_ylim(smallest / 5, largest * 5)  # guides go on below round-off
-    axes.set_xlabel(column_label(first))
     axes.set_ylabel("relative error [1]")
     handles.append(Line2D([], [], linestyle=":", color="#555555", linewidth=1, label="nearest whole order"))
     legend_above(axes, handles)
-    caption = "Convergence; dotted: the slope of the nearest whole order, below its curve."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return True
+
+
+def markers():
+    """Markers without end, in the order in which curves take them."""
+    return cycle("os^Dvx*P")
 
 
 def work_precision(result, record, key):
-    """Error of each row against its run time, the timing phase `work_precision/<row>`, and against the steps; both log-log."""
-    if not drawable(record, "steps_per_period", "error"):
+    """Error of each row against its run time, the timing phase `work_precision/<row>`, and against the first column.
+
+    Both are log-log, with a curve for each value of the column `bits` where there is one.
+    """
+    resolution = next(iter(record.columns.values()))
+    if not drawable(record, resolution.name, "error"):
         return None
     times = {row["phase"]: row["wall_seconds"] for row in result.timing}
     seconds = np.array([times.get(f"work_precision/{row}", np.nan) for row in range(len(record))])
-    error, steps = record["error"], record["steps_per_period"]
+    error, steps = record["error"], resolution.values
+    bits = record["bits"] if record.has("bits") else np.zeros(len(record))
     drawn = (error > 0) & (seconds > 0)
+    if record.has("plane"):
+        drawn &= record["plane"] == record["plane"][0]
     if not drawn.any():
         return None
     drawing, axes = canvas(panels=2, height=5.2)
-    axes[0].loglog(1000 * seconds[drawn], error[drawn], "o-", color="C0")
-    for x, y, label in zip(1000 * seconds[drawn], error[drawn], steps[drawn]):
-        axes[0].annotate(f"{label:.0f}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7)
-    axes[0].set_xlabel("run time of the row [ms]; labels: steps per period")
-    axes[1].loglog(steps[drawn], error[drawn], "s-", color="C1")
-    first = np.flatnonzero(drawn)[0]
-    axes[1].plot(steps[drawn], 0.4 * error[first] * (steps[drawn] / steps[first]) ** -2, ":", color="C1", linewidth=1)
-    label_points(axes[1], steps[drawn])
-    axes[1].set_xlabel(column_label(record.columns["steps_per_period"]))
+    handles = []
+    for number, (kind, marker) in enumerate(zip(np.unique(bits)[::-1], markers())):
+        rows = np.flatnonzero(drawn & (bits == kind))
+        style = dict(color=f"C{number}", marker=marker, linestyle="-", label=f"{kind:.0f} bits")
+        handles += axes[0].plot(1000 * seconds[rows], error[rows], **style)
+        axes[1].plot(steps[rows], error[rows], **(style | dict(linestyle=("-", "--")[number % 2])))
+        if number == 0:
+            for x, y, label in zip(1000 * seconds[rows], error[rows], steps[rows]):
+                axes[0].annotate(f"{label:.0f}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7)
+    rows = np.flatnonzero(drawn)
+    fewest = rows[steps[rows].argmin()]
+    guide = np.unique(steps[rows])
+    axes[1].plot(guide, 0.4 * error[fewest] * (guide / steps[fewest]) ** -2, ":", color="#555555", linewidth=1)
     for panel in axes:
-        panel.set_ylabel("relative error of the period [1]")
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.set_ylabel("relative error [1]")
         panel.margins(x=0.12, y=0.15)
+    label_points(axes[1], guide)
+    axes[0].set_xlabel(f"run time of the row [ms]; labels: {resolution.name.replace('_', ' ')}")
+    axes[1].set_xlabel(column_label(resolution))
+    if len(handles) > 1:
+        legend_above(axes[0], handles)
     caption = "What accuracy a second of computing buys; dotted: second order. One run each: read the times to a factor of two."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def dispersion(result, record, key):
+    """Factor per step of waves over the continuum's, measured and by eigenvalue, for each relaxation time."""
+    if not drawable(record, "relaxation_time", "wavenumber", "decay_rate", "decay_rate_exact", "decay_rate_continuum"):
+        return None
+    shown = [("decay_rate", "decay rate over νk²")]
+    if record.has("frequency", "frequency_exact", "frequency_continuum"):
+        shown.insert(0, ("frequency", "speed over 1/√3"))
+    drawing, panels = canvas(len(shown), height=1.0 + 2.7 * len(shown), sharex=True)
+    handles = []
+    for axes, (name, label) in zip(panels, shown):
+        for number, (tau, marker) in enumerate(zip(np.unique(record["relaxation_time"]), markers())):
+            rows = record["relaxation_time"] == tau
+            k, scale = record["wavenumber"][rows], record[f"{name}_continuum"][rows]
+            style = dict(color=f"C{number}", label=f"τ = {tau:g}")
+            axes.plot(k, record[f"{name}_exact"][rows] / scale, "-", **style)
+            points = axes.plot(k, record[name][rows] / scale, marker, mfc="none", **style)
+            handles += points if axes is panels[0] else []
+        axes.axhline(1, **MARK)
+        axes.set_ylabel(quantity(label, "", "1"))
+    panels[-1].set_xlabel(column_label(record.columns["wavenumber"]))
+    legend_above(panels[0], handles)
+    caption = "Waves over what the continuum says: marks measured, lines the eigenvalues of the lattice's own step."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def constants(result, record, key):
+    """Leading errors against the relaxation time, with reference points; below, what Richardson's limit is off by."""
+    quantities = [name.removeprefix("constant_") for name in record.columns if name.startswith("constant_")]
+    if not quantities or not drawable(record, "relaxation_time"):
+        return None
+    drawing, panels = canvas(2, height=5.0, sharex=True)
+    tau = record["relaxation_time"]
+    handles, below = [], []
+    for number, (name, marker) in enumerate(zip(quantities, markers())):
+        style = dict(color=f"C{number}", linestyle="-")
+        handles += panels[0].plot(tau, record[f"constant_{name}"], label=f"{name}, measured", **style)
+        for reference in result.references:
+            if drawable(reference.columns, "relaxation_time", f"constant_{name}"):
+                points = reference.columns
+                handles += panels[0].plot(
+                    points["relaxation_time"], points[f"constant_{name}"], marker, mfc="none", color=f"C{number}",
+                    label=f"{name}, {reference.kind}",
+                )  # fmt: skip
+        off = np.abs(record[f"extrapolated_{name}"] - 1)
+        below += panels[1].semilogy(tau, off, marker=marker, label=f"{name}: limit off by", **style)
+        below += panels[1].semilogy(
+            tau, record[f"gci_{name}"], label=f"{name}: convergence index", **(style | dict(linestyle="--"))
+        )
+    panels[0].axhline(0, **MARK)
+    panels[0].set_ylabel(quantity("leading error", "C", "L^2"))
+    panels[1].set_ylabel("relative error [1]")
+    panels[1].set_xlabel(column_label(record.columns["relaxation_time"]))
+    legend_above(panels[0], handles)
+    legend_above(panels[1], below)
+    caption = "Leading error, value/continuum = 1 + C k²; below, extrapolated limit and grid convergence index of the finest grid."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def storage(result, record, key):
+    """Discretisation and storage error against the resolution, log-log."""
+    if not drawable(record, "nodes", "discretisation_error", "storage_error"):
+        return None
+    drawing, (axes,) = canvas()
+    labels = {"discretisation_error": "double against the exact solution", "storage_error": "float against double"}
+    handles = []
+    for (name, label), marker in zip(labels.items(), markers()):
+        handles += axes.loglog(record["nodes"], record[name], marker=marker, linestyle="-", label=label)
+    label_points(axes, np.unique(record["nodes"]))
+    axes.set_xlabel(column_label(record.columns["nodes"]))
+    axes.set_ylabel("relative error, L2 [1]")
+    legend_above(axes, handles)
+    caption = "What storing populations in float adds to the error, beside that of the grid."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def galilean(result, record, key):
+    """Loss of viscosity against the speed of the stream, log-log."""
+    if not drawable(record, "speed", "error", "error_exact", "error_theory"):
+        return None
+    drawing, (axes,) = canvas()
+    speed = record["speed"]
+    handles = axes.loglog(speed, record["error"], "o", mfc="none", label="measured")
+    handles += axes.loglog(speed, record["error_exact"], "-", label="eigenvalue around the stream")
+    handles += axes.loglog(speed, record["error_theory"], "--", label="long waves, 3 (U·k)²/k²")
+    label_points(axes, speed)
+    axes.set_xlabel(column_label(record.columns["speed"]))
+    axes.set_ylabel("relative loss of viscosity [1]")
+    legend_above(axes, handles)
+    caption = "Viscosity that a stream through the lattice takes away."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
@@ -716,6 +846,10 @@ KINDS = {
     "moduli": (moduli, moduli_near_rest),
     "convergence": (convergence,),
     "work_precision": (work_precision,),
+    "dispersion": (dispersion,),
+    "constants": (constants,),
+    "storage": (storage,),
+    "galilean": (galilean,),
     "boundary": (boundary,),
     "elastica": (elastica,),
     "buckling": (buckling,),

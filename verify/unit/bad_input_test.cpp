@@ -343,6 +343,57 @@ const std::vector<Line> lines{
 
 }  // namespace
 
+TEST_CASE("Spoilt cases of waves, vortices and streams are refused with their place") {
+  const Folder folder;
+  const auto shipped = [](const std::string& id, const std::string& from, const std::string& to) {
+    const std::string text = io::read_file(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml");
+    return replaced(replaced(text, "id = \"" + id + "\"", "id = \"bad\""), from, to);
+  };
+  const std::vector<Spoilt> all{
+      {"a wave without direction", shipped("wave-shear-axis", "[1, 0, 0]", "[0, 0, 0]"),
+       "bad.toml:16:13: 'direction' is no direction"},
+      {"a shear wave that moves along itself", shipped("wave-shear-axis", "[0, 1, 0]", "[1, 1, 0]"),
+       "it is not across 'direction'"},
+      {"a wave without viscosity", shipped("wave-shear-axis", "[0.51,", "[0.5,"),
+       "'relaxation_times' holds 0.5"},
+      {"two resolutions", shipped("wave-shear-axis", "[4, 6, 8, 12, 16, 24, 32, 48, 64]", "[32, 64]"),
+       "2 resolutions"},
+      {"resolutions that fall", shipped("vortex-taylor-green", "[16, 32", "[32, 16"), "they do not rise"},
+      {"a resolution without waves", shipped("vortex-taylor-green", "[16, 32", "[2, 32"), "'nodes' holds 2"},
+      {"a plane that is none", shipped("vortex-planes", "\"zx\"", "\"zz\""), "'planes' holds \"zz\""},
+      {"a plane twice", shipped("vortex-planes", "\"zx\"", "\"xy\""), "it stands there twice"},
+      {"a storage that is none", shipped("vortex-taylor-green", "\"float\"", "\"half\""),
+       "known are double, float"},
+      {"a Reynolds number that is none", shipped("vortex-taylor-green", "reynolds = 10.0", "reynolds = -1.0"),
+       "'reynolds' is -1"},
+      {"a flow too fast", shipped("vortex-taylor-green", "reynolds = 10.0", "reynolds = 100.0"),
+       "the coarsest grid would start at Mach number 1.08"},
+      {"walls around vortices", shipped("vortex-taylor-green", "[vortex]", "walls_y = {}\n[vortex]"),
+       "this driver's box has no walls"},
+      {"a force on vortices",
+       shipped("vortex-taylor-green", "[vortex]", "body_force = [0, 0, 1e-6]\n[vortex]"),
+       "this driver's flows have no force"},
+      {"a stream too fast", shipped("galilean-taylor-green", "0.1]", "0.2]"), "'speeds' holds 0.2"},
+      {"a single stream", shipped("galilean-taylor-green", "[0.01, 0.02, 0.05, 0.1]", "[0.1]"),
+       "fewer than two"},
+  };
+  for (const Spoilt& spoilt : all) {
+    INFO(spoilt.name);
+    folder.write("bad.toml", spoilt.text);
+    check_refusal(folder.run({"run", "bad.toml"}), input, spoilt.message);
+  }
+}
+
+TEST_CASE("A wave that is gone after one step is no rate but an error") {
+  const Folder folder;
+  std::string text = io::read_file(VERIFLEX_SOURCE_DIR "/cases/wave-shear-in-plane.toml");
+  text = replaced(replaced(text, "id = \"wave-shear-in-plane\"", "id = \"bad\""), "[6, 8,", "[4, 8,");
+  folder.write("bad.toml", text);
+  const Ran ran = folder.run({"run", "bad.toml"});
+  CHECK(ran.code == 3);
+  CHECK_THAT(ran.err, ContainsSubstring("tau = 1, 4 nodes: the wave is gone after one step"));
+}
+
 TEST_CASE("A spoilt case is refused with its place, and an earlier result stays") {
   const Folder folder;
   folder.write("out/bad.h5", "an earlier result");
