@@ -427,6 +427,8 @@ def work_precision(result, record, key):
 
     Both are log-log, with a curve for each value of the column `bits` where there is one.
     """
+    if record.has("steps_per_period"):
+        return None  # see period_precision
     resolution = next(iter(record.columns.values()))
     if not drawable(record, resolution.name, "error"):
         return None
@@ -461,6 +463,51 @@ def work_precision(result, record, key):
     label_points(axes[1], guide)
     axes[0].set_xlabel(f"run time of the row [ms]; labels: {resolution.name.replace('_', ' ')}")
     axes[1].set_xlabel(column_label(resolution))
+    if len(handles) > 1:
+        legend_above(axes[0], handles)
+    caption = "What accuracy a second of computing buys; dotted: second order. One run each: read the times to a factor of two."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def period_precision(result, record, key):
+    """Error of each row against its run time, the timing phase `<record>/<row>`, and against the steps; both log-log.
+
+    Sub-steps of an outer step, the record `substeps`, are drawn beside plain steps.
+    """
+    if not record.has("steps_per_period"):
+        return None
+    times = {row["phase"]: row["wall_seconds"] for row in result.timing}
+    drawing, axes = canvas(panels=2, height=5.2)
+    handles, all_steps = [], []
+    styles = (("work_precision", "steps_per_period", "plain steps", "o-"), ("substeps", "substeps", "sub-steps of 1", "s--"))
+    for colour, (name, labels, legend, style) in enumerate(styles):
+        rows = result.records.get(name)
+        if not drawable(rows, "steps_per_period", "error", labels):
+            continue
+        seconds = np.array([times.get(f"{name}/{row}", np.nan) for row in range(len(rows))])
+        error, steps = rows["error"], rows["steps_per_period"]
+        drawn = (error > 0) & (seconds > 0)
+        if not drawn.any():
+            continue
+        handles += axes[0].loglog(1000 * seconds[drawn], error[drawn], style, color=f"C{colour}", label=legend)
+        for x, y, label in zip(1000 * seconds[drawn], error[drawn], rows[labels][drawn]):
+            axes[0].annotate(f"{label:.0f}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7)
+        axes[1].loglog(steps[drawn], error[drawn], style, color=f"C{colour}")
+        if not all_steps:
+            first = np.flatnonzero(drawn)[0]
+            line = 0.4 * error[first] * (steps[drawn] / steps[first]) ** -2
+            axes[1].plot(steps[drawn], line, ":", color=f"C{colour}", linewidth=1)
+            label_points(axes[1], steps[drawn])
+        all_steps.extend(steps[drawn])
+    if not all_steps:
+        return None
+    axes[0].set_xlabel("run time of the row [ms]; labels: steps per period, or sub-steps")
+    axes[1].set_xlabel(column_label(record.columns["steps_per_period"]))
+    for panel in axes:
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.set_ylabel("relative error [1]")
+        panel.margins(x=0.12, y=0.15)
     if len(handles) > 1:
         legend_above(axes[0], handles)
     caption = "What accuracy a second of computing buys; dotted: second order. One run each: read the times to a factor of two."
@@ -838,6 +885,87 @@ def bond_laws_secant(results, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def error_lines(axes, record, x, names):
+    """Errors that are not zero, on a logarithmic ordinate, with the meaning of each in the legend."""
+    for place, name in enumerate(names):
+        if not drawable(record, name):
+            continue
+        error = np.abs(record[name])
+        some = error > 0
+        label = name.replace("_", " ")
+        style = "o-" if len(x) <= MARKED_ROWS else "-"
+        axes.semilogy(x[some], error[some], style, color=f"C{place}", markersize=3, label=label)
+    axes.set_ylabel("relative error [1]")
+    axes.margins(y=0.15)
+
+
+def against_peer(x, ours, peer, errors, caption):
+    """A kind of plot: one column of this program and of its peer over a panel of errors; grey where a row does not count."""
+
+    def draw(result, record, key):
+        if not drawable(record, x, ours, peer):
+            return None
+        drawing, (top, below) = canvas(panels=2, height=5.2)
+        handles = top.plot(record[x], record[ours], "-", color="C0", label="this program")
+        handles += top.plot(record[x], record[peer], "o", color="C1", markersize=4, fillstyle="none", label="peer")
+        top.set_ylabel(column_label(record.columns[ours]))
+        legend_above(top, handles)
+        error_lines(below, record, record[x], errors)
+        if record.has("clamped"):
+            left_out = record["clamped"] != 0
+            for panel in (top, below):
+                for place in record[x][left_out]:
+                    panel.axvline(place, color="#BBBBBB", linewidth=0.8, zorder=0)
+        if below.get_legend_handles_labels()[0]:
+            legend_above(below, below.get_legend_handles_labels()[0])
+        below.set_xlabel(column_label(record.columns[x]))
+        return Figure(caption, inline_svg(drawing, key, caption))
+
+    return draw
+
+
+def node_forces(result, record, key):
+    """Error of the force on each node against the force, with the parts of bonds and angles."""
+    if not drawable(record, "peer_force", "force_error", "bond_force_error", "angle_force_error"):
+        return None
+    drawing, (axes,) = canvas(height=3.7)
+    for place, name in enumerate(("force_error", "bond_force_error", "angle_force_error")):
+        some = record[name] > 0
+        label = name.replace("_", " ")
+        force, error = record["peer_force"][some], record[name][some]
+        axes.semilogy(force, error, "os^"[place], color=f"C{place}", markersize=3, label=label)
+    axes.set_xlabel(column_label(record.columns["peer_force"]))
+    axes.set_ylabel("error over the largest force [1]")
+    if axes.get_legend_handles_labels()[0]:
+        legend_above(axes, axes.get_legend_handles_labels()[0])
+    caption = "Distance of the force vectors of this program and its peer, node by node; errors of zero are not drawn."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def trajectory(result, record, key):
+    """How two computations of one motion part: errors of position and velocity against the step."""
+    if not drawable(record, "step", "position_error", "velocity_error"):
+        return None
+    drawing, (axes,) = canvas(height=3.5)
+    later = record["step"] > 0
+    for place, name in enumerate(("position_error", "velocity_error")):
+        some = later & (record[name] > 0)
+        label = name.replace("_", " ")
+        axes.loglog(record["step"][some], record[name][some], "o-", color=f"C{place}", markersize=3, label=label)
+    axes.set_xlabel(column_label(record.columns["step"]))
+    axes.set_ylabel("largest relative error of a node [1]")
+    if axes.get_legend_handles_labels()[0]:
+        legend_above(axes, axes.get_legend_handles_labels()[0])
+    caption = "Growth of the difference of two programs: rounding, carried on by the motion. Zeros are not drawn."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+BOND_TABLE = "Force of one bond. Grey: there the peer does not compute the stated potential."
+ANGLE_TABLE = "Force of one angle. Grey: there the peer does not compute the stated potential."
+ENERGY = "Change of the total energy of a free motion: leap-frog keeps it within bounds."
+TENSILE_ERRORS = ("force_error", "last_layer_error", "energy_error")
+BEAM_ERRORS = ("tip_error", "reaction_error", "energy_error")
+
 # Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others;
 # what `couette` holds is round-off.
 KINDS = {
@@ -845,7 +973,7 @@ KINDS = {
     "stress_strain": (stress_strain, curve_error, moduli, moduli_near_rest),
     "moduli": (moduli, moduli_near_rest),
     "convergence": (convergence,),
-    "work_precision": (work_precision,),
+    "work_precision": (work_precision, period_precision),
     "dispersion": (dispersion,),
     "constants": (constants,),
     "storage": (storage,),
@@ -862,6 +990,14 @@ KINDS = {
     "drift_of_mass": (drift,),
     "drift_of_momentum": (drift,),
     "drift_of_staggered_momentum": (drift,),
+    "substeps": (),  # drawn beside work_precision
+    "bond_table": (against_peer("r", "force", "peer_force", ("force_error", "energy_error"), BOND_TABLE),),
+    "angle_table": (against_peer("theta", "force", "peer_force", ("force_error", "energy_error"), ANGLE_TABLE),),
+    "node_forces": (node_forces,),
+    "end_force": (against_peer("strain", "force", "peer_force", TENSILE_ERRORS, "Tensile curves of both programs."),),
+    "cantilever": (against_peer("load", "deflection", "peer_deflection", BEAM_ERRORS, "Deflection of the last layer."),),
+    "trajectory": (trajectory,),
+    "energy": (against_peer("step", "change", "peer_change", ("energy_error",), ENERGY),),
     "validity": (),
 }
 

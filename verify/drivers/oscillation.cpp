@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 
 #include "base/quadrature.hpp"
@@ -20,10 +22,11 @@ using observe::Record;
 struct OscillationStudy {
   bond::AnyLaw law;
   double rest_length;
-  std::int64_t nodes;               // 2: a pair; more: the first mode of a free chain of harmonic bonds
-  double strain;                    // of the (first) bond at the start
-  std::vector<std::int64_t> steps;  // per period, rising
-  int periods;                      // over which the period is measured
+  std::int64_t nodes;                  // 2: a pair; more: the first mode of a free chain of harmonic bonds
+  double strain;                       // of the (first) bond at the start
+  std::vector<std::int64_t> steps;     // per period, rising
+  std::vector<std::int64_t> substeps;  // of an outer step of 1, as in a coupled run, rising; may be empty
+  int periods;                         // over which the period is measured
 };
 
 // The period of a pair of unit masses let go at rest at this strain: 2 integral dr / sqrt(2 (E - U)/mu)
@@ -68,23 +71,45 @@ Eigen::VectorXd shape_of(const OscillationStudy& study) {
   return shape / (shape[1] - shape[0]);  // unit extension of the first bond
 }
 
-// Mean period over `periods` upward passages through rest, by leap-frog with `steps` steps per exact period.
-// At rest the force vanishes, so that a straight line between two steps finds the passage to third order.
-double measured_period(const OscillationStudy& study, double exact, std::int64_t steps) {
+// Amount and rate of the motion at one time.
+struct Sample {
+  double time, amount, rate;
+};
+
+// When the cubic through both samples passes through zero.
+double passage_between(const Sample& before, const Sample& after) {
+  const double dt = after.time - before.time;
+  const auto amount_at = [&](double s) {
+    const double r = 1.0 - s;
+    return r * r * (1.0 + 2.0 * s) * before.amount + s * s * (1.0 + 2.0 * r) * after.amount +
+           s * r * dt * (r * before.rate - s * after.rate);
+  };
+  return before.time + dt * bracketed_root(amount_at, 0.0, 1.0);
+}
+
+// Mean period over `periods` upward passages through rest, by leap-frog with steps of dt, each of `substeps`.
+double measured_period(const OscillationStudy& study, double exact, double dt, int substeps) {
   const solid::Network network = solid::cubic_lattice({{1, 1, study.nodes}, study.rest_length});
   const Eigen::VectorXd shape = shape_of(study);
   Positions u = Positions::Zero(study.nodes, 3);
   u.col(2) = study.strain * study.rest_length * shape;
-  const double dt = exact / static_cast<double>(steps);
-  solid::Leapfrog motion({study.law, 0.0}, network, {}, dt, {}, u, Positions::Zero(study.nodes, 3));
-  double before = shape.dot(u.col(2));
+  solid::Leapfrog motion({study.law, 0.0}, network, {}, dt, {substeps, 0.0}, u,
+                         Positions::Zero(study.nodes, 3));
+  // Velocities are known half a sub-step before.
+  const auto sample = [&] {
+    return Sample{motion.time(), shape.dot(motion.displacement().col(2)),
+                  shape.dot(motion.half_velocity().col(2))};
+  };
+  Sample before = sample();
   double first = -1.0;
   int passages = 0;
   while (motion.time() < 2.0 * (study.periods + 2) * exact) {
     motion.step();
-    const double now = shape.dot(motion.displacement().col(2));
-    if (before < 0.0 && now >= 0.0) {
-      const double passage = motion.time() - dt * now / (now - before);
+    const Sample now = sample();
+    if (before.amount < 0.0 && now.amount >= 0.0) {
+      const double to_step = 0.5 * (now.rate - before.rate) / substeps;
+      const double passage = passage_between({before.time, before.amount, before.rate + to_step},
+                                             {now.time, now.amount, now.rate + to_step});
       if (passages == 0) first = passage;
       if (passages == study.periods) return (passage - first) / study.periods;
       ++passages;
@@ -92,43 +117,65 @@ double measured_period(const OscillationStudy& study, double exact, std::int64_t
     before = now;
   }
   throw NumericalFailure(
-      fmt::format("{} steps per period: the motion passes through rest only {} times in {} periods", steps,
+      fmt::format("steps of {}: the motion passes through rest only {} times in {} periods", dt / substeps,
                   passages, 2 * (study.periods + 2)));
+}
+
+// Order of convergence from the last two rows of a record.
+double last_order(const Record& record) {
+  const std::vector<double>& steps = record.find("steps_per_period")->values;
+  const std::vector<double>& error = record.find("error")->values;
+  const std::size_t n = error.size();
+  return std::log(error[n - 2] / error[n - 1]) / std::log(steps[n - 1] / steps[n - 2]);
 }
 
 Observations run(const OscillationStudy& study, Progress& progress, engine::Cost& cost) {
   const double exact = exact_period(study);
   cost.finish("exact period");
-  Record record{"work_precision",
-                "Error of the period against the work done",
-                {{"steps_per_period", "", "1", "leap-frog steps per exact period", {}},
-                 {"period", "T", "T", "mean over the measured periods", {}},
-                 {"error", "", "1", "relative departure from the exact period", {}},
-                 {"dt_over_limit", "", "1", "time step over the linear limit 2/omega_max at rest", {}}}};
   const double k = bond::stiffness(study.law, study.rest_length);
   const double limit = 2.0 / std::sqrt(study.nodes == 2 ? 2.0 * k : 4.0 * k);
+  const std::vector<observe::Column> columns{
+      {"steps_per_period", "", "1", "leap-frog (sub-)steps per exact period", {}},
+      {"period", "T", "T", "mean over the measured periods", {}},
+      {"error", "", "1", "relative departure from the exact period", {}},
+      {"dt_over_limit", "", "1", "(sub-)step over the linear limit 2/omega_max at rest", {}}};
+  Record plain{"work_precision", "Error of the period against the work done", columns};
+  Record divided{"substeps", "Error of the period with sub-steps of an outer step of 1", columns};
+  divided.columns.insert(divided.columns.begin(), {"substeps", "", "1", "of an outer step of 1", {}});
+  const std::size_t rows = study.steps.size() + study.substeps.size();
+  // The run time of row i is that of the phase <record>/i.
   for (std::size_t i = 0; i < study.steps.size(); ++i) {
-    progress.show("sweep", i, study.steps.size());
-    const double period = measured_period(study, exact, study.steps[i]);
+    progress.show("sweep", i, rows);
     const auto steps = static_cast<double>(study.steps[i]);
-    record.append({steps, period, std::abs(period / exact - 1.0), exact / steps / limit});
-    cost.finish(fmt::format("work_precision/{}", i));  // the run time of this row
+    const double period = measured_period(study, exact, exact / steps, 1);
+    plain.append({steps, period, std::abs(period / exact - 1.0), exact / steps / limit});
+    cost.finish(fmt::format("work_precision/{}", i));
   }
-  const std::vector<double>& error = record.find("error")->values;
-  const std::size_t n = error.size();
+  for (std::size_t i = 0; i < study.substeps.size(); ++i) {
+    progress.show("sweep", study.steps.size() + i, rows);
+    const auto substeps = static_cast<double>(study.substeps[i]);
+    const double period = measured_period(study, exact, 1.0, static_cast<int>(study.substeps[i]));
+    divided.append(
+        {substeps, exact * substeps, period, std::abs(period / exact - 1.0), 1.0 / substeps / limit});
+    cost.finish(fmt::format("substeps/{}", i));
+  }
   Observations seen;
   seen.metrics = {{"exact_period", exact, "T",
                    study.nodes == 2 ? "quadrature between the turning points (GSL)"
                                     : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode"},
-                  {"period_error", error.back(), "1", "of the finest step"},
-                  {"order",
-                   std::log(error[n - 2] / error[n - 1]) / std::log(static_cast<double>(study.steps[n - 1]) /
-                                                                    static_cast<double>(study.steps[n - 2])),
-                   "1", "order in the step, last two rows"},
+                  {"period_error", plain.find("error")->values.back(), "1", "of the finest step"},
+                  {"order", last_order(plain), "1", "order in the step, last two rows"},
                   {"period_over_harmonic", exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi), "1",
                    "exact period over that of a harmonic pair of the same stiffness"}};
   if (study.nodes != 2) seen.metrics.pop_back();
-  seen.records = {record};
+  seen.records = {plain};
+  if (!study.substeps.empty()) {
+    seen.metrics.push_back(
+        {"substep_error", divided.find("error")->values.back(), "1", "with the most sub-steps"});
+    seen.metrics.push_back(
+        {"substep_order", last_order(divided), "1", "order in the sub-step, last two rows"});
+    seen.records.push_back(divided);
+  }
   return seen;
 }
 
@@ -151,6 +198,7 @@ engine::Study read_oscillation(const io::Section& top) {
                          .nodes = block->nodes[2],
                          .strain = t.number("strain"),
                          .steps = t.integers("steps_per_period"),
+                         .substeps = t.has("substeps") ? t.integers("substeps") : std::vector<std::int64_t>{},
                          .periods = static_cast<int>(t.integer("periods", 1, 10000))};
   if (study.strain == 0.0 || !bond::domain(law).contains(derivation.rest_length * (1.0 + study.strain))) {
     t.fail("strain", fmt::format("'strain' is {}", study.strain),
@@ -160,14 +208,24 @@ engine::Study read_oscillation(const io::Section& top) {
     t.fail("steps_per_period", "fewer than two rows, or fewer than 4 steps",
            "an order needs two, leap-frog more than pi", "Give for example [20, 40, 80]");
   }
-  for (std::size_t i = 1; i < study.steps.size(); ++i) {
-    if (study.steps[i] <= study.steps[i - 1])
-      t.fail("steps_per_period", "they do not rise", "the order is taken between neighbours", "Sort them");
+  const bool one_row = study.substeps.size() == 1;
+  const bool out_of_range =
+      !study.substeps.empty() && (study.substeps.front() < 1 || study.substeps.back() > 1'000'000);
+  if (one_row || out_of_range) {
+    t.fail("substeps", "fewer than two rows, or a number outside 1 to 1000000",
+           "an order needs two; an outer step of 1 is divided", "Give for example [1, 2, 4, 8]");
   }
+  const auto need_rising = [&](const std::string& key, const std::vector<std::int64_t>& values) {
+    if (std::adjacent_find(values.begin(), values.end(), std::greater_equal<>{}) != values.end())
+      t.fail(key, "they do not rise", "the order is taken between neighbours", "Sort them");
+  };
+  need_rising("steps_per_period", study.steps);
+  need_rising("substeps", study.substeps);
   return {.plan = engine::read_plan(
               top,
               {.law = law, .solid = solid, .method = "leap-frog, from rest", .moves = true, .is_free = true}),
-          .measures = {"exact_period", "period_error", "order", "period_over_harmonic"},
+          .measures = {"exact_period", "period_error", "order", "period_over_harmonic", "substep_error",
+                       "substep_order"},
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 
