@@ -125,6 +125,8 @@ Observations run(const OscillationStudy& study, Progress& progress, engine::Cost
                    std::log(error[n - 2] / error[n - 1]) / std::log(static_cast<double>(study.steps[n - 1]) /
                                                                     static_cast<double>(study.steps[n - 2])),
                    "1", "order in the step, last two rows"},
+                  {"dt_over_limit", record.find("dt_over_limit")->values.front(), "1",
+                   "coarsest time step over the linear limit 2/omega_max at rest"},
                   {"period_over_harmonic", exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi), "1",
                    "exact period over that of a harmonic pair of the same stiffness"}};
   if (study.nodes != 2) seen.metrics.pop_back();
@@ -166,7 +168,7 @@ engine::Study read_oscillation(const io::Section& top) {
   }
   return {.plan = engine::read_plan(
               top, {.law = law, .solid = solid, .method = "leap-frog, free, from rest", .moves = true}),
-          .measures = {"exact_period", "period_error", "order", "period_over_harmonic"},
+          .measures = {"exact_period", "period_error", "order", "dt_over_limit", "period_over_harmonic"},
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 

@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
+#include "drivers/noise.hpp"
 #include "engine/read_scene.hpp"
 #include "solid/leapfrog.hpp"
 #include "solid/modes.hpp"
@@ -58,13 +58,7 @@ class Body {
     stretched_.col(2) = trial.prestrain * network_.rest.col(2);
     held_ = solid::Held::Constant(nodes, 3, false);
     if (trial.prestrain != 0.0) hold_ends();
-    std::mt19937_64 random(trial.seed);
-    noisy_ = stretched_;
-    for (Eigen::Index i = 0; i < noisy_.size(); ++i) {
-      const double uniform =
-          static_cast<double>(random() >> 11) * 0x1p-53;  // in [0, 1), the same with any library
-      if (!held_.data()[i]) noisy_.data()[i] += trial.amplitude * (2.0 * uniform - 1.0);
-    }
+    noisy_ = stretched_ + Positions(held_.select(0.0, noise(nodes, trial.amplitude, trial.seed)));
   }
 
   double linear_limit() const {

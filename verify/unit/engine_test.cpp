@@ -156,7 +156,9 @@ TEST_CASE("Exit codes: the first of 4, 2, 3, 1") {
 }
 
 TEST_CASE("The same case gives the same bits, whatever the number of threads") {
-  for (const std::string id : {"tensile-fene-lj-curve", "derive-fene-lj"}) {
+  for (const std::string id :
+       {"tensile-fene-lj-curve", "derive-fene-lj", "elastica-chain-fene-lj", "buckling-chain",
+        "torsion-harmonic", "motion-fene-lj", "waves-chain-fene-lj"}) {
     const Case c = shipped(id);
     const Result one = run_with(c, 1);
     const Result again = run_with(c, 1);
