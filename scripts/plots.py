@@ -786,6 +786,44 @@ def buckling(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def dispersion(result, record, key):
+    """Frequency of standing waves against the wave number: measured, of the lattice with and without steps, of long waves."""
+    if not drawable(record, "wave_number", "omega", "omega_leapfrog", "omega_lattice", "omega_continuum"):
+        return None
+    drawing, (axes,) = canvas()
+    k, top = record["wave_number"], 1.25 * extent(np.maximum(record["omega"], record["omega_lattice"]))[1]
+    handles = axes.plot(k, record["omega"], "o", color="C0", markerfacecolor="none", label="measured")
+    handles += axes.plot(k, record["omega_leapfrog"], "-", color="C1", label="lattice in leap-frog's steps")
+    handles += axes.plot(k, record["omega_lattice"], "--", color="C2", label="lattice")
+    handles += axes.plot(k, record["omega_continuum"], ":", color="C3", label="long waves")
+    axes.set_xlim(left=0)
+    axes.set_ylim(0, top or 1.0)
+    axes.set_xlabel(column_label(record.columns["wave_number"]))
+    axes.set_ylabel(quantity("angular frequency", "", record.columns["omega"].dimension))
+    legend_above(axes, handles)
+    caption = "Dispersion of standing waves, measured by dynamics."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def conservation(result, record, key):
+    """What leap-frog keeps, against the time step, log-log: energy to second order, the rest to round-off."""
+    if not drawable(record, "dt_over_limit", "energy", "momentum", "angular_momentum", "reversal"):
+        return None
+    drawing, (axes,) = canvas()
+    step, handles = record["dt_over_limit"], []
+    for name, marker in zip(("energy", "momentum", "angular_momentum", "reversal"), "os^D"):
+        shown = np.maximum(record[name], 2.0**-54)  # a logarithm has no place for what is kept to the last bit
+        handles += axes.plot(step, shown, marker + "-", label=name.replace("_", " "))
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    label_points(axes, step)
+    axes.set_xlabel("time step over the linear limit [1]")
+    axes.set_ylabel("largest relative departure [1]")
+    legend_above(axes, handles)
+    caption = "What a free body keeps during a run, over the time step; no departure is drawn as 2⁻⁵⁴."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
 def against_first_column(result, record, key):
     """A record without a plot of its own: all columns against the first, one panel per dimension."""
     columns = [column for column in record.columns.values() if column.values.dtype.kind in "iuf"]
@@ -981,6 +1019,8 @@ KINDS = {
     "boundary": (boundary,),
     "elastica": (elastica,),
     "buckling": (buckling,),
+    "dispersion": (dispersion,),
+    "conservation": (conservation,),
     "elastica_exact": (),
     "profile": (profile,),
     "slip": (slip,),

@@ -31,6 +31,18 @@ engine::Study read_buckling(const io::Section& top);
 /// Torsion of square bars, against Saint-Venant's series.
 engine::Study read_torsion(const io::Section& top);
 
+/// Shear stiffness of a finite block between plates, against the lattice's G.
+engine::Study read_shear(const io::Section& top);
+
+/// Standing waves by dynamics, against the dispersion of the lattice in leap-frog's steps.
+engine::Study read_waves(const io::Section& top);
+
+/// What leap-frog keeps: momentum, angular momentum, the way back, and energy to second order.
+engine::Study read_motion(const io::Section& top);
+
+/// Forces and motion of the same body turned, renumbered, moved, scaled and on several threads.
+engine::Study read_invariance(const io::Section& top);
+
 /// Period of a swinging pair or chain: error of leap-frog against the work done.
 engine::Study read_oscillation(const io::Section& top);
 
@@ -65,6 +77,10 @@ inline const std::vector<engine::Driver>& all() {
       {"elastica", "large deflection of a clamped beam, against the elastica", &read_elastica},
       {"buckling", "critical load of a pinned column, against Euler's and with shear", &read_buckling},
       {"torsion", "torsion of square bars, against Saint-Venant's series", &read_torsion},
+      {"shear", "shear stiffness of a block between plates", &read_shear},
+      {"waves", "standing waves by dynamics, against the lattice's dispersion", &read_waves},
+      {"motion", "what leap-frog keeps: momentum, the way back, energy to second order", &read_motion},
+      {"invariance", "the same body turned, renumbered, moved, scaled", &read_invariance},
       {"oscillation", "period of a pair or chain: error against run time", &read_oscillation},
       {"wave", "plane waves of the fluid against the continuum and the lattice's eigenvalues", &read_wave},
       {"vortex", "decaying vortices and shear waves: convergence, error against run time", &read_vortex},

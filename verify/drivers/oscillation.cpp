@@ -165,6 +165,8 @@ Observations run(const OscillationStudy& study, Progress& progress, engine::Cost
                                     : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode"},
                   {"period_error", plain.find("error")->values.back(), "1", "of the finest step"},
                   {"order", last_order(plain), "1", "order in the step, last two rows"},
+                  {"dt_over_limit", plain.find("dt_over_limit")->values.front(), "1",
+                   "coarsest time step over the linear limit 2/omega_max at rest"},
                   {"period_over_harmonic", exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi), "1",
                    "exact period over that of a harmonic pair of the same stiffness"}};
   if (study.nodes != 2) seen.metrics.pop_back();
@@ -224,8 +226,8 @@ engine::Study read_oscillation(const io::Section& top) {
   return {.plan = engine::read_plan(
               top,
               {.law = law, .solid = solid, .method = "leap-frog, from rest", .moves = true, .is_free = true}),
-          .measures = {"exact_period", "period_error", "order", "period_over_harmonic", "substep_error",
-                       "substep_order"},
+          .measures = {"exact_period", "period_error", "order", "dt_over_limit", "period_over_harmonic",
+                       "substep_error", "substep_order"},
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 

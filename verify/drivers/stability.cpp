@@ -2,11 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <random>
 
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
+#include "drivers/noise.hpp"
 #include "engine/read_scene.hpp"
 #include "solid/leapfrog.hpp"
 #include "solid/modes.hpp"
@@ -57,14 +57,8 @@ class Body {
     stretched_ = Positions::Zero(nodes, 3);
     stretched_.col(2) = trial.prestrain * network_.rest.col(2);
     if (trial.prestrain != 0.0) hold_ends();
-    std::mt19937_64 random(trial.seed);
-    noisy_ = stretched_;
-    for (Eigen::Index i = 0; i < noisy_.size(); ++i) {
-      const double uniform =
-          static_cast<double>(random() >> 11) * 0x1p-53;  // in [0, 1), the same with any library
-      const bool is_held = held_.size() > 0 && held_.data()[i];
-      if (!is_held) noisy_.data()[i] += trial.amplitude * (2.0 * uniform - 1.0);
-    }
+    noisy_ = stretched_ + noise(nodes, trial.amplitude, trial.seed);
+    if (held_.size() > 0) noisy_ = held_.select(stretched_, noisy_);
   }
 
   double linear_limit() const {

@@ -157,7 +157,8 @@ TEST_CASE("Exit codes: the first of 4, 2, 3, 1") {
 
 TEST_CASE("The same case gives the same bits, whatever the number of threads") {
   for (const std::string id :
-       {"tensile-fene-lj-curve", "derive-fene-lj", "wave-sound-axis", "vortex-planes"}) {
+       {"tensile-fene-lj-curve", "derive-fene-lj", "elastica-chain-fene-lj", "buckling-chain",
+        "torsion-harmonic", "motion-fene-lj", "waves-chain-fene-lj", "wave-sound-axis", "vortex-planes"}) {
     const Case c = shipped(id);
     const Result one = run_with(c, 1);
     const Result again = run_with(c, 1);
