@@ -1,5 +1,6 @@
 # Three commands: `make verify` (verdicts and a report), `make test` (unit tests and the quick tier), `make bench` (what
-# the hot loops cost on this machine, as JSON in build/bench; no verdict).
+# the hot loops cost on this machine, as JSON in build/bench; no verdict; BOX=64x416x400 STORAGE=float measures that fluid
+# alone).
 # Everything else is CMake's: cmake --preset release, ctest --preset quick, ...
 
 .PHONY: verify test bench build deps clean
@@ -13,8 +14,12 @@ test: build
 bench: deps
 	@cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
 	@mkdir -p build/bench
-	@cmake --build --preset release --target veriflex_solid_bench
+	@cmake --build --preset release --target veriflex_solid_bench veriflex_fluid_bench veriflex_filament_bench
+	@build/release/veriflex_fluid_bench --output build/bench/fluid.json $(if $(BOX),--box $(BOX)) $(if $(STORAGE),--storage $(STORAGE))
+ifeq ($(BOX)$(STORAGE),)
+	@build/release/veriflex_filament_bench --output build/bench/filament.json
 	@build/release/veriflex_solid_bench --benchmark_out=build/bench/solid.json --benchmark_out_format=json
+endif
 
 build: deps
 	@cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }

@@ -7,25 +7,22 @@ namespace veriflex::drivers {
 
 namespace {
 
-scene::Body body_of(const Stroke& stroke, std::vector<std::int32_t>& axis,
-                    std::vector<std::int32_t>& driven) {
-  solid::Network network = solid::rod_lattice(stroke.rod);
-  if (stroke.angle_stiffness != 0.0) solid::add_angles(network);
-  const double end = stroke.length();
-  for (Eigen::Index i = 0; i < network.node_count(); ++i) {
-    const bool on_axis = network.rest(i, 0) == 0.0 && network.rest(i, 1) == 0.0;
-    if (on_axis) axis.push_back(static_cast<std::int32_t>(i));
-    const bool at_end = network.rest(i, 2) > end - 0.5 * stroke.rod.spacing;
-    if (at_end && (on_axis || stroke.driven == Driven::Section))
-      driven.push_back(static_cast<std::int32_t>(i));
+/// Nodes of the rod's axis and those that are driven, by their numbers in rod_lattice().
+struct Places {
+  std::vector<std::int32_t> axis, driven;
+};
+
+Places places_of(const Stroke& stroke, const Positions& rest) {
+  Places places;
+  for (Eigen::Index i = 0; i < rest.rows(); ++i) {
+    const bool on_axis = rest(i, 0) == 0.0 && rest(i, 1) == 0.0;
+    if (on_axis) places.axis.push_back(static_cast<std::int32_t>(i));
+    const bool at_end = rest(i, 2) > stroke.length() - 0.5 * stroke.rod.spacing;
+    if (at_end && (on_axis || stroke.driven == Driven::Section)) {
+      places.driven.push_back(static_cast<std::int32_t>(i));
+    }
   }
-  network.rest = scene::turned(network.rest, 1);
-  network.vectors = scene::turned(network.vectors, 1);
-  solid::Conditions conditions;
-  conditions.node_mass = stroke.node_mass;
-  conditions.drive =
-      solid::Drive{driven, 2, stroke.amplitude, stroke.omega(), stroke.ramp_periods * stroke.period()};
-  return {{stroke.law, stroke.angle_stiffness}, std::move(network), conditions, stroke.substeps};
+  return places;
 }
 
 Vec3 middle_of(const Stroke& stroke) {
@@ -77,6 +74,22 @@ CentreLine line_of(const Positions& u, const solid::Network& network, const std:
 
 }  // namespace
 
+scene::Simulation simulation_of(const Stroke& stroke) {
+  solid::Network network = solid::rod_lattice(stroke.rod);
+  if (stroke.angle_stiffness != 0.0) solid::add_angles(network);
+  solid::Conditions conditions;
+  conditions.node_mass = stroke.node_mass;
+  conditions.drive = solid::Drive{places_of(stroke, network.rest).driven, 2, stroke.amplitude, stroke.omega(),
+                                  stroke.ramp_periods * stroke.period()};
+  network.rest = scene::turned(network.rest, 1);
+  network.vectors = scene::turned(network.vectors, 1);
+  scene::CouplingSpec coupling = stroke.coupling;
+  coupling.origin = middle_of(stroke);
+  return {stroke.fluid,
+          {{stroke.law, stroke.angle_stiffness}, std::move(network), conditions, stroke.substeps},
+          coupling};
+}
+
 double Stroke::omega() const {
   return reynolds * fluid::viscosity(fluid.relaxation_time) / (amplitude * length());
 }
@@ -84,11 +97,8 @@ double Stroke::omega() const {
 double Stroke::period() const { return 2.0 * std::numbers::pi / omega(); }
 
 StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress) {
-  std::vector<std::int32_t> axis, driven;
-  scene::Body body = body_of(stroke, axis, driven);
-  scene::CouplingSpec coupling = stroke.coupling;
-  coupling.origin = middle_of(stroke);
-  scene::Simulation simulation(stroke.fluid, std::move(body), coupling);
+  scene::Simulation simulation = simulation_of(stroke);
+  const auto [axis, driven] = places_of(stroke, solid::rod_lattice(stroke.rod).rest);
 
   StrokeResult seen;
   seen.histogram.assign(strain_bins, 0.0);

@@ -70,6 +70,9 @@ struct StrokeResult {
 constexpr int strain_bins = 80;
 constexpr double strain_bin_lo = -0.4, strain_bin_hi = 0.6;
 
+/// The scene of a stroke before its first step. Throws BadParameter and NumericalFailure.
+scene::Simulation simulation_of(const Stroke& stroke);
+
 /// Throws NumericalFailure when the run leaves its validity.
 StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress);
 
