@@ -15,7 +15,7 @@ struct ElasticaTip {
 ElasticaTip elastica_tip(double load);
 
 /// Torsion constant of a square bar of unit side: 1/3 - 64/pi^5 sum over odd n of tanh(n pi/2)/n^5 =
-/// 0.140577...                                                      [timoshenko-goodier-1970, Sec. 109]
+/// 0.140577...                                                      [timoshenko-goodier-1970]
 double torsion_constant_of_square();
 
 }  // namespace veriflex::engine
