@@ -9,7 +9,7 @@ namespace veriflex::solid {
 
 namespace {
 
-// Fans worked on at a time: their arms and gradients, 48 arrays of 256 bytes, stay in the first-level cache.
+// Fans worked on at a time: their arms and gradients, 54 arrays of 256 bytes, stay in the first-level cache.
 constexpr std::size_t block_size = 32;
 
 using Lane = double[block_size];
