@@ -93,7 +93,8 @@ Record centre_lines(const StrokeResult& a, const StrokeResult& b) {
   Record record{
       "centre_lines",
       "Centre lines in the last period",
-      {{"phase", "t/T", "1", "phase of the last period", {}},
+      {{"point", "", "1", "number of the row", {}},
+       {"phase", "t/T", "1", "phase of the last period", {}},
        {"section", "", "1", "number of the section, 0 at the free end", {}},
        {"y", "y", "L", "along the filament at rest, law of [bond]", {}},
        {"z", "z", "L", "across it, along the drive", {}},
@@ -106,7 +107,8 @@ Record centre_lines(const StrokeResult& a, const StrokeResult& b) {
     const CentreLine& line = a.lines[first + k];
     const CentreLine& other = b.lines[first + k];
     for (Eigen::Index s = 0; s < line.rows(); ++s) {
-      record.append({static_cast<double>(k + 1) / phases_per_period, static_cast<double>(s), line(s, 1),
+      record.append({static_cast<double>(k * static_cast<std::size_t>(line.rows())) + static_cast<double>(s),
+                     static_cast<double>(k + 1) / phases_per_period, static_cast<double>(s), line(s, 1),
                      line(s, 2), line(s, 1) - a.centre[first + k][1], other(s, 1), other(s, 2),
                      other(s, 1) - b.centre[first + k][1]});
     }
@@ -203,6 +205,10 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
        "distinct lattice nodes under the supports"},
   };
 
+  if (study.stroke.short_bond > 0.0) {
+    seen.metrics.push_back({"share_short", a.share_short, "1",
+                            "of bonds and times of the last period with r < 1.2 sigma, law of [bond]"});
+  }
   if (!study.modulus_factors.empty()) {
     Record record{"modulus_deviation",
                   "What a wrong modulus would look like",
@@ -265,6 +271,9 @@ engine::Study read_filament(const io::Section& top) {
     study.stroke.offset = {offset[0], offset[1], offset[2]};
   }
   if (t.has("modulus_factors")) study.modulus_factors = t.numbers("modulus_factors");
+  for (const bond::NamedValue& p : bond::parameters_of(law)) {
+    if (p.name == "diameter") study.stroke.short_bond = 1.2 * p.value;
+  }
   for (const auto& [key, value] : {std::pair{"amplitude", study.stroke.amplitude},
                                    {"reynolds", study.stroke.reynolds},
                                    {"node_mass", study.stroke.node_mass}}) {
@@ -298,6 +307,7 @@ engine::Study read_filament(const io::Section& top) {
                        "greatest_mach",
                        "period",
                        "touched_nodes",
+                       "share_short",
                        "centre_lines.z",
                        "centre_lines.y",
                        "law_deviation.z_max"},

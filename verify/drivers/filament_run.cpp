@@ -34,7 +34,7 @@ Vec3 middle_of(const Stroke& stroke) {
 }
 
 /// Smallest and largest bond strain now, and where along the rod.
-void watch_strains(const scene::Simulation& simulation, double spacing, double time, bool last_period,
+void watch_strains(const scene::Simulation& simulation, const Stroke& stroke, double time, bool last_period,
                    StrokeResult& seen, Moment& moment) {
   const solid::Network& network = simulation.network();
   const Positions& u = simulation.solid().displacement();
@@ -43,7 +43,7 @@ void watch_strains(const scene::Simulation& simulation, double spacing, double t
   for (std::size_t b = 0; b < network.bonds.size(); ++b) {
     const auto [i, j] = network.bonds[b];
     const Vec3 d = network.vectors.row(static_cast<Eigen::Index>(b)) + (u.row(j) - u.row(i));
-    const double strain = d.norm() / spacing - 1.0;
+    const double strain = d.norm() / stroke.rod.spacing - 1.0;
     moment.least_strain = std::min(moment.least_strain, strain);
     moment.greatest_strain = std::max(moment.greatest_strain, strain);
     const double place = 0.5 * (network.rest(i, 1) + network.rest(j, 1));
@@ -58,6 +58,7 @@ void watch_strains(const scene::Simulation& simulation, double spacing, double t
       seen.greatest_strain_place = place;
     }
     if (last_period) {
+      if (d.norm() < stroke.short_bond) seen.share_short += 1.0;
       const double bin = (strain - strain_bin_lo) / (strain_bin_hi - strain_bin_lo) * strain_bins;
       seen.histogram[static_cast<std::size_t>(std::clamp(std::floor(bin), 0.0, strain_bins - 1.0))] += 1.0;
     }
@@ -141,8 +142,7 @@ StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress&
       moment.centre_y = now.col(1).mean();
       moment.slip =
           std::sqrt(simulation.slip().squaredNorm() / static_cast<double>(simulation.slip().rows()));
-      watch_strains(simulation, stroke.rod.spacing, moment.time, time > (stroke.periods - 1) * period, seen,
-                    moment);
+      watch_strains(simulation, stroke, moment.time, time > (stroke.periods - 1) * period, seen, moment);
       seen.history.push_back(moment);
       progress.show(name, static_cast<std::size_t>(step), static_cast<std::size_t>(steps));
     }
@@ -154,6 +154,7 @@ StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress&
   double bonds = 0.0;
   for (const double share : seen.histogram) bonds += share;
   for (double& share : seen.histogram) share /= bonds;
+  seen.share_short /= bonds;
   seen.touched_nodes = simulation.touched_nodes();
   seen.seconds = simulation.seconds();
   seen.steps = steps;

@@ -30,6 +30,8 @@ struct Stroke {
   double ramp_periods;  // 0: z0 sin(omega t) from rest
   int periods;
   observe::Watch watch;
+  double short_bond = 0.0;  // a length whose share of shorter bonds is counted  [L]
+  double short_bond = 0.0;  // a length whose share of shorter bonds is counted  [L]
 
   double length() const { return static_cast<double>(rod.sections - 1) * rod.spacing; }
   double omega() const;   // [T^-1]
@@ -61,6 +63,7 @@ struct StrokeResult {
   double least_strain_time = 0.0, greatest_strain_time = 0.0;    // in periods
   double least_strain_place = 0.0, greatest_strain_place = 0.0;  // along the axis, 0 at the free end  [L]
   std::vector<double> histogram;  // of r/r0 in the last period, shares of strain_bins
+  double share_short = 0.0;       // of bonds shorter than Stroke::short_bond, in the last period
   double greatest_mach = 0.0;
   std::size_t touched_nodes = 0;
   scene::Simulation::Seconds seconds;
