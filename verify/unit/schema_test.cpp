@@ -162,14 +162,14 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
     CHECK(leaves.contains(key));
   }
   // Keys that are computed: the forms of a tolerance, the parameters of the law, the points of a tensile
-  // test, the paths in [assumed], walls of an axis, vectors, directions, lists of names, the place of what
-  // cannot be planned. A new one needs its keys in the document and in a shipped case, and then its line
-  // here.
-  CHECK(source.computed == Names{"t.has(form", "t.number(given[0]", "table.has(parameter",
-                                 "table.number_or_infinity(parameter", "table.number(missing.parameter",
-                                 "t.has(points", "t.numbers(points", "table.text(path", "fluid.has(key",
-                                 "fluid.table(key", "table.numbers(key", "table.integers(key",
-                                 "table.texts(key", "table.has(key", "top.table(bad.parameter.substr(0"});
+  // test, the paths in [assumed], the table of a law, walls of an axis, vectors, directions, lists of names,
+  // the place of what cannot be planned. A new one needs its keys in the document and in a shipped case, and
+  // then its line here.
+  CHECK(source.computed ==
+        Names{"t.has(form", "t.number(given[0]", "table.has(parameter", "table.number_or_infinity(parameter",
+              "table.number(missing.parameter", "t.has(points", "t.numbers(points", "table.text(path",
+              "fluid.has(key", "fluid.table(key", "table.numbers(key", "table.integers(key",
+              "table.texts(key", "table.has(key", "top.table(bad.parameter.substr(0", "top.table(where"});
   Names spelt = source.keys;
   add(spelt, {"absolute", "relative", "digits", "strains", "stresses", "<path>", "walls_x", "walls_y",
               "walls_z", "low_velocity", "high_velocity", "body_force", "direction", "polarization", "planes",
