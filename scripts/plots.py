@@ -786,7 +786,7 @@ def buckling(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
-def dispersion(result, record, key):
+def standing_waves(result, record, key):
     """Frequency of standing waves against the wave number: measured, of the lattice with and without steps, of long waves."""
     if not drawable(record, "wave_number", "omega", "omega_leapfrog", "omega_lattice", "omega_continuum"):
         return None
@@ -821,6 +821,174 @@ def conservation(result, record, key):
     axes.set_ylabel("largest relative departure [1]")
     legend_above(axes, handles)
     caption = "What a free body keeps during a run, over the time step; no departure is drawn as 2⁻⁵⁴."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def compared_names(result):
+    """Names of the two laws of a filament: the ends of the strokes' titles, or the tables of the case."""
+    names = []
+    for record, table in (("stroke", "law of [bond]"), ("stroke_compared", "law of [compared_bond]")):
+        title = result.records[record].title if record in result.records else ""
+        names.append(title.rpartition(", ")[2] if ", " in title else table)
+    return names if names[0] != names[1] else [names[0], names[1] + ", compared"]
+
+
+# The law of [bond] and the one it is compared with, in every figure of the filament.
+COMPARED_STYLES = (dict(color="C0", linestyle="-", linewidth=1.4), dict(color="C1", linestyle="--", linewidth=1.4))
+FIGURE_PHASES = (0.25, 0.5, 0.75, 1.0)  # of the last period
+
+
+def centre_lines(result, record, key):
+    """Centre lines of both filaments at four phases, equally scaled along both axes."""
+    columns = ("phase", "y", "z", "y_compared", "z_compared")
+    if not drawable(record, *columns):
+        return None
+    # Phases lie on eighths of the period: a tenth of that tells them apart.
+    phases = [phase for phase in FIGURE_PHASES if np.any(np.abs(record["phase"] - phase) < 0.01)]
+    if not phases:
+        return None
+    along = limits(np.concatenate([record["y"], record["y_compared"]]))
+    across = limits(np.concatenate([record["z"], record["z_compared"]]), margin=0.08)
+    unit = (WIDTH - 0.7) / np.ptp(along)  # inches per spacing, beside the ordinate's labels
+    height = min(len(phases) * (unit * np.ptp(across) + 0.12) + 0.95, 9.0)
+    drawing, panels = canvas(len(phases), height=height, sharex=True, sharey=True)
+    for axes, phase in zip(panels, phases):
+        rows = np.abs(record["phase"] - phase) < 0.01
+        handles = []
+        for ending, name, style in zip(("", "_compared"), compared_names(result), COMPARED_STYLES):
+            handles += axes.plot(record["y" + ending][rows], record["z" + ending][rows], label=name, **style)
+        axes.set_xlim(*along)
+        axes.set_ylim(*across)
+        axes.set_aspect("equal")
+        above = np.mean(record["z"][rows][: max(1, rows.sum() // 3)]) > np.mean(across)
+        axes.text(
+            0.01, 0.04 if above else 0.96, f"t = {phase:g} T", transform=axes.transAxes,
+            verticalalignment="bottom" if above else "top",
+        )  # fmt: skip
+        axes.set_ylabel(quantity("z", "", record.columns["z"].dimension))
+    legend_above(panels[0], handles)
+    panels[-1].set_xlabel(quantity("y", "", record.columns["y"].dimension))
+    caption = "Centre lines in the last period, in the laboratory; both axes to one scale. The end at larger y is driven."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+DEVIATIONS = {
+    "z_max": "largest |Δz|",
+    "z_rms": "rms Δz",
+    "lab_max": "largest |d|",
+    "swimming_max": "largest |d|, swimming taken out",
+}
+
+
+def law_deviation(result, record, key):
+    """Distance of both laws' centre lines over the amplitude, as bars for each phase."""
+    names = [name for name in DEVIATIONS if record.has(name)]
+    if not names or not drawable(record, "phase"):
+        return None
+    drawing, (axes,) = canvas(height=3.4)
+    places, width = np.arange(len(record)), 0.8 / len(names)
+    handles = []
+    for number, (name, hatch) in enumerate(zip(names, ("", "////", "....", "xxxx"))):
+        shift = (number - (len(names) - 1) / 2) * width
+        style = dict(facecolor="white" if hatch else f"C{number}", edgecolor=f"C{number}", hatch=hatch, linewidth=0.8)
+        axes.bar(places + shift, record[name], 0.9 * width, **style)
+        handles.append(Patch(label=DEVIATIONS[name], **style))
+    axes.grid(False, axis="x")
+    axes.set_xticks(places, [f"{phase:g}" for phase in record["phase"]])
+    axes.set_xlabel("time in the last period t/T [1]")
+    axes.set_ylabel("distance over amplitude z₀ [1]")
+    legend_above(axes, handles)
+    caption = "How far the two laws' centre lines are apart. d is the distance of nodes, Δz its part along the drive."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def stroke(result, record, key):
+    """The stroke in time, one panel per quantity, with that of the compared law."""
+    labels = {
+        "drive": "drive z", "force": "force F", "centre_y": "displacement Y", "slip": "slip",
+        "greatest_strain": "bond strain",
+    }  # fmt: skip
+    if not drawable(record, "time", "least_strain", *labels):
+        return None
+    other = result.records.get("stroke_compared")
+    runs = [record] + ([other] if drawable(other, "time", "least_strain", *labels) else [])
+    drawing, panels = canvas(len(labels), height=7.6, sharex=True)
+    for axes, (name, label) in zip(panels, labels.items()):
+        handles = []
+        for run, law, style in zip(runs, compared_names(result), COMPARED_STYLES):
+            handles += axes.plot(run["time"], run[name], label=law, **style)
+            if name == "greatest_strain":
+                axes.plot(run["time"], run["least_strain"], **style)
+        if name != "slip":
+            axes.axhline(0, **{**MARK, "linewidth": 0.6})
+        unit = powers(record.columns[name].dimension)
+        axes.set_ylabel(f"{label}\n[{unit}]")
+        axes.locator_params(axis="y", nbins=5)
+    drawing.align_ylabels(panels)
+    legend_above(panels[0], handles)
+    panels[-1].set_xlabel("time in periods t/T [1]")
+    caption = (
+        "The stroke: displacement and force of the drive, displacement of the centre of mass along the filament, slip of "
+        "the coupled nodes (root mean square), smallest and largest strain of any bond."
+    )
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def strain_histogram(result, record, key):
+    """Share of bonds and times for each bond length, logarithmic."""
+    if not drawable(record, "length", "share", "share_compared"):
+        return None
+    drawing, (axes,) = canvas()
+    length = record["length"]
+    handles = []
+    for name, law, style in zip(("share", "share_compared"), compared_names(result), COMPARED_STYLES):
+        # A logarithm has no place for empty bins.
+        share = np.where(record[name] > 0, record[name], np.nan)
+        handles += axes.step(length, share, where="mid", label=law, **style)
+    filled = (record["share"] > 0) | (record["share_compared"] > 0)
+    if not filled.any():
+        return None
+    handles.append(upright(axes, 1, "lattice spacing", linestyle=":"))
+    bin_width = np.ptp(length) / (len(length) - 1)
+    axes.set_xlim(length[filled].min() - 2 * bin_width, length[filled].max() + 2 * bin_width)
+    axes.set_yscale("log")
+    axes.set_xlabel("bond length over lattice spacing r/r₀ [1]")
+    axes.set_ylabel(f"share per bin of {bin_width:.3g} [1]")
+    legend_above(axes, handles)
+    caption = "Bond lengths over all bonds and the last period. A bin without a bond is not drawn."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def modulus_deviation(result, record, key):
+    """Distance that a wrong modulus makes, with the distance between the laws as a level of the same colour."""
+    names = [name for name in DEVIATIONS if record.has(name)]
+    if not names or not drawable(record, "factor", *names):
+        return None
+    # Both are the largest of the same four phases.
+    laws_apart = result.records.get("law_deviation")
+    drawing, (axes,) = canvas(height=3.6)
+    # With the right modulus the run is compared with itself: zero, whether or not it was run again.
+    factor, distinct = np.unique(np.append(record["factor"], 1.0), return_index=True)
+    handles = []
+    for name, marker, colour in zip(DEVIATIONS, "os^D", ("C0", "C1", "C2", "C3")):
+        if name not in names:
+            continue
+        style = dict(color=colour, linestyle="-", linewidth=1.1, markerfacecolor="none")
+        handles += axes.plot(factor, np.append(record[name], 0.0)[distinct], marker, label=DEVIATIONS[name], **style)
+        if laws_apart is not None and laws_apart.has(name):
+            level = extent(laws_apart[name])[1]
+            axes.axhline(level, color=colour, linestyle="--", linewidth=1.1)
+    if laws_apart is not None:
+        handles.append(Line2D([], [], color="#555555", linestyle="--", linewidth=1.1, label="between the two laws"))
+    axes.axvline(1, **{**MARK, "linestyle": ":"})
+    axes.set_ylim(bottom=min(0.0, axes.get_ylim()[0]))
+    axes.set_xlabel("modulus over the right one E′/E [1]")
+    axes.set_ylabel("distance over amplitude z₀ [1]")
+    legend_above(axes, handles)
+    caption = (
+        "Centre lines of one law with a wrong modulus against its own, largest of four phases. Where a curve stays below "
+        "the dashed level of its colour, that error of the modulus moves the filament less than the change of the law."
+    )
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
@@ -1005,7 +1173,7 @@ TENSILE_ERRORS = ("force_error", "last_layer_error", "energy_error")
 BEAM_ERRORS = ("tip_error", "reaction_error", "energy_error")
 
 # Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others;
-# what `couette` holds is round-off.
+# what `couette` holds is round-off; `stroke_compared` is in the figure of `stroke`.
 KINDS = {
     "potential": (potential_energy, tension),
     "stress_strain": (stress_strain, curve_error, moduli, moduli_near_rest),
@@ -1019,7 +1187,7 @@ KINDS = {
     "boundary": (boundary,),
     "elastica": (elastica,),
     "buckling": (buckling,),
-    "dispersion": (dispersion,),
+    "standing_waves": (standing_waves,),
     "conservation": (conservation,),
     "elastica_exact": (),
     "profile": (profile,),
@@ -1038,6 +1206,12 @@ KINDS = {
     "cantilever": (against_peer("load", "deflection", "peer_deflection", BEAM_ERRORS, "Deflection of the last layer."),),
     "trajectory": (trajectory,),
     "energy": (against_peer("step", "change", "peer_change", ("energy_error",), ENERGY),),
+    "centre_lines": (centre_lines,),
+    "law_deviation": (law_deviation,),
+    "stroke": (stroke,),
+    "stroke_compared": (),
+    "strain_histogram": (strain_histogram,),
+    "modulus_deviation": (modulus_deviation,),
     "validity": (),
 }
 

@@ -66,6 +66,25 @@ def run(*arguments):
     return subprocess.run([sys.executable, "-B", REPORT, *arguments], capture_output=True, text=True)
 
 
+def filament_records():
+    """The records of the driven filament with two laws, small."""
+    phase = np.repeat([0.25, 0.5, 0.75, 1.0], 5)
+    y = np.tile(np.linspace(0, 50, 5), 4)
+    line = dict(phase=phase, y=y, z=phase * y, y_compared=y, z_compared=1.1 * phase * y)
+    time = np.linspace(0, 1, 9)
+    moments = ("drive", "force", "centre_y", "slip", "least_strain", "greatest_strain")
+    history = dict(time=time) | {name: np.sin(6 * time) for name in moments}
+    far = dict(z_max=[0.02, 0.03], z_rms=[0.01, 0.02], swimming_max=[0.05, 0.06])
+    return [
+        ("centre_lines", line),
+        ("law_deviation", dict(phase=[0.25, 0.5]) | far),
+        ("stroke", history),
+        ("stroke_compared", history),
+        ("strain_histogram", dict(length=[0.9, 1.0, 1.1], share=[0, 0.9, 0.1], share_compared=[0.1, 0.9, 0])),
+        ("modulus_deviation", dict(factor=[0.9, 1.1]) | far),
+    ]
+
+
 class WrittenReport(unittest.TestCase):
     """One page about one folder, looked at from all sides: drawing takes most of the time."""
 
@@ -78,6 +97,7 @@ class WrittenReport(unittest.TestCase):
         write_result(cls.folder, "derive-one", "pass", [CHECK, REFUTED], title="<script>alert(1)</script>")
         records = [("stress_strain", curve), ("own", curve), ("kinks", dict(strain=[0.168], jump=[-0.059]))]
         write_result(cls.folder, "tensile-two", "fail", [CHECK, FAILED], records=records)
+        write_result(cls.folder, "filament-three", "pass", [CHECK], records=filament_records())
         failure = dict(error_kind="NumericalFailure", error_message="step 3: bond < at its limit")
         write_result(cls.folder, "broken-run", "error", **failure)
         whole = (cls.folder / "derive-one.h5").read_bytes()
@@ -99,7 +119,7 @@ class WrittenReport(unittest.TestCase):
     def test_succeeds_whatever_the_verdicts_and_names_the_page_last(self):
         self.assertEqual(self.ran.returncode, 0, self.ran.stderr)
         self.assertEqual(self.ran.stdout.splitlines()[-1], str(self.folder / "report.html"))
-        self.assertIn("8 cases: 1 pass, 1 fail, 6 error (5 unreadable)", self.ran.stdout)
+        self.assertIn("9 cases: 2 pass, 1 fail, 6 error (5 unreadable)", self.ran.stdout)
 
     def test_page_needs_nothing_from_outside(self):
         self.assertNotRegex(self.page, r"""(?:src|href)\s*=\s*["'](?!#)""")
@@ -118,6 +138,10 @@ class WrittenReport(unittest.TestCase):
             self.assertIn(f'<span class="id">{name}</span>', self.page)
             self.assertRegex(self.ran.stderr, rf"{name}: .+ \(.+\)\. .+")
 
+    def test_filament_has_a_figure_for_each_record_but_the_compared_stroke(self):
+        for start in ("Centre lines in the last", "How far the two laws", "The stroke", "Bond lengths", "Centre lines of one"):
+            self.assertEqual(len(re.findall(rf'aria-label="{start}', self.page)), 1, start)
+
     def test_text_of_files_is_escaped(self):
         self.assertIn("&lt;script&gt;alert(1)&lt;/script&gt;", self.page)
         self.assertIn("bond &lt; at its limit", self.page)
@@ -129,7 +153,7 @@ class WrittenReport(unittest.TestCase):
         self.assertLessEqual(set(re.findall(r"url\(#([^)]+)\)", self.page)), set(ids))
 
     def test_known_and_unknown_records_are_drawn(self):
-        self.assertEqual(self.page.count("<svg"), 2)
+        self.assertEqual(self.page.count("<svg"), 2 + 5)  # of tensile-two and of filament-three
 
     def test_record_too_short_for_a_figure_is_a_table(self):
         self.assertRegex(self.page, r'title="-0.059"')

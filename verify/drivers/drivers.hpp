@@ -64,8 +64,12 @@ engine::Study read_vortex(const io::Section& top);
 /// Viscosity of a fluid that streams through the lattice.
 engine::Study read_galilean(const io::Section& top);
 
-/// The paper's driven filament with two bond laws, and how far they are apart.   [wu-qi-2014, Sec. 3, Figs. 5-8]
+/// The paper's driven filament with two bond laws, and how far they are apart.   [wu-qi-2014, Sec. 3, Figs.
+/// 5-8]
 engine::Study read_filament(const io::Section& top);
+
+/// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
+engine::Study read_delta_moments(const io::Section& top);
 
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
@@ -89,6 +93,7 @@ inline const std::vector<engine::Driver>& all() {
       {"channel", "flows between walls and through arrays of obstacles", &read_channel},
       {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
       {"filament", "driven filament in the fluid, one bond law against another", &read_filament},
+      {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };
   return drivers;
 }

@@ -152,7 +152,7 @@ Observations run(const WavesStudy& study, Progress& progress, engine::Cost& cost
     found[i] = body.follow(study.modes[i], modes[i], dt);
   });
   cost.finish("modes");
-  Record record{"dispersion",
+  Record record{"standing_waves",
                 "Frequency of standing waves",
                 {{"wave_number", "k", "L^-1", "pi j over the length", {}},
                  {"omega", "", "T^-1", "measured by dynamics", {}},
