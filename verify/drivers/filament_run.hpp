@@ -31,7 +31,6 @@ struct Stroke {
   int periods;
   observe::Watch watch;
   double short_bond = 0.0;  // a length whose share of shorter bonds is counted  [L]
-  double short_bond = 0.0;  // a length whose share of shorter bonds is counted  [L]
 
   double length() const { return static_cast<double>(rod.sections - 1) * rod.spacing; }
   double omega() const;   // [T^-1]
