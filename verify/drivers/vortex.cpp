@@ -122,8 +122,9 @@ void add_convergence(const VortexStudy& study, const std::vector<Row>& rows, Obs
                           {"velocity_linf", [](const Row& row) { return row.velocity_error.linf; }}};
   if (study.pattern == Pattern::TaylorGreen)
     norms.push_back({"pressure_l2", [](const Row& row) { return row.pressure_error; }});
-  std::vector<double>& spacing = record.columns[0].values;
+  std::vector<double> spacing;
   for (const std::int64_t n : study.nodes) spacing.push_back(1.0 / static_cast<double>(n));
+  record.columns[0].values = spacing;
   for (const Norm& norm : norms) {
     observe::Column column{"error_" + norm.name, "", "1", "over that norm of the exact field", {}};
     for (std::size_t i = 0; i < study.nodes.size(); ++i) column.values.push_back(norm.of(rows[i]));
