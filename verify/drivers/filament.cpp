@@ -309,6 +309,8 @@ engine::Study read_filament(const io::Section& top) {
                        "touched_nodes",
                        "share_short",
                        "centre_lines.z",
+                       "centre_lines.y_compared",
+                       "centre_lines.z_compared",
                        "centre_lines.y",
                        "law_deviation.z_max"},
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
