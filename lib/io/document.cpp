@@ -206,6 +206,10 @@ bool Section::has(const std::string& key) const {
   return node_->table->contains(key);
 }
 
+bool Section::has_list(const std::string& key) const {
+  return has(key) && node_->table->get(key)->is_array();
+}
+
 double Section::number(const std::string& key) const {
   return as_number(*this, key, need(*this, *node_, key), false);
 }

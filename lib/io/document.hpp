@@ -22,6 +22,7 @@ class Section {
   explicit Section(std::shared_ptr<Node> node) : node_(std::move(node)) {}
 
   bool has(const std::string& key) const;
+  bool has_list(const std::string& key) const;  // there, and an array
 
   double number(const std::string& key) const;  // finite; an integer counts as a number
   std::int64_t integer(const std::string& key, std::int64_t least, std::int64_t most) const;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
 
 #include "base/error.hpp"
@@ -27,6 +28,23 @@ std::array<bool, 3> closed(const fluid::Spec& spec) {
   return {spec.walls[0].has_value(), spec.walls[1].has_value(), spec.walls[2].has_value()};
 }
 
+std::vector<std::int32_t> listed_nodes(const solid::Network& network, std::vector<std::int32_t> nodes) {
+  std::sort(nodes.begin(), nodes.end());
+  const auto fail = [](const std::string& problem, const std::string& why) {
+    throw BadParameter("coupling.nodes", problem, why, "List each coupled node once, counted from 0");
+  };
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    if (nodes[i] < 0 || nodes[i] >= network.node_count()) {
+      fail(fmt::format("'nodes' lists node {}", nodes[i]),
+           fmt::format("the body has nodes 0 to {}", network.node_count() - 1));
+    }
+    if (i > 0 && nodes[i] == nodes[i - 1]) {
+      fail(fmt::format("'nodes' lists node {} twice", nodes[i]), "a node exchanges momentum once a step");
+    }
+  }
+  return nodes;
+}
+
 }  // namespace
 
 Positions turned(const Positions& body, int axis) {
@@ -35,8 +53,9 @@ Positions turned(const Positions& body, int axis) {
   return box;
 }
 
-std::vector<std::int32_t> coupled_nodes(const solid::Network& network, Coupled coupled) {
-  if (coupled == Coupled::Boundary) return solid::boundary_nodes(network);
+std::vector<std::int32_t> coupled_nodes(const solid::Network& network, const CouplingSpec& coupling) {
+  if (coupling.coupled == Coupled::Boundary) return solid::boundary_nodes(network);
+  if (coupling.coupled == Coupled::Listed) return listed_nodes(network, coupling.listed);
   std::vector<int> across(static_cast<std::size_t>(network.node_count()));
   Eigen::Index along = 0;  // axis of the body: its longest extent
   (network.rest.colwise().maxCoeff() - network.rest.colwise().minCoeff()).maxCoeff(&along);
@@ -47,7 +66,7 @@ std::vector<std::int32_t> coupled_nodes(const solid::Network& network, Coupled c
   }
   std::vector<std::int32_t> nodes;
   for (std::size_t i = 0; i < across.size(); ++i) {
-    if (coupled == Coupled::All || across[i] < 4) nodes.push_back(static_cast<std::int32_t>(i));
+    if (coupling.coupled == Coupled::All || across[i] < 4) nodes.push_back(static_cast<std::int32_t>(i));
   }
   return nodes;
 }
@@ -55,7 +74,7 @@ std::vector<std::int32_t> coupled_nodes(const solid::Network& network, Coupled c
 Simulation::Simulation(const fluid::Spec& fluid, Body body, const CouplingSpec& coupling)
     : coupling_(coupling),
       body_(std::move(body)),
-      coupled_(coupled_nodes(body_.network, coupling.coupled)),
+      coupled_(coupled_nodes(body_.network, coupling)),
       transfer_(fluid.grid, closed(fluid), coupling.delta),
       fluid_(fluid::make_fluid(fluid)),
       motion_(body_.material, body_.network, body_.conditions, 1.0, body_.substeps,

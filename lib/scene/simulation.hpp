@@ -11,31 +11,16 @@
 
 #include "coupling/transfer.hpp"
 #include "fluid/fluid.hpp"
+#include "scene/coupling_spec.hpp"
 #include "solid/leapfrog.hpp"
 
 namespace veriflex::scene {
 
-/// Which nodes of the body exchange momentum with the fluid.
-enum class Coupled {
-  Boundary,  // fewer than six bonds: the surface with its end caps
-  Ring,      // fewer than four bonds across the axis: the surface without end caps
-  All
-};
-
-struct CouplingSpec {
-  coupling::Delta delta = coupling::Delta::Cosine;
-  Coupled coupled = Coupled::Boundary;
-  double marker_volume = 1.0;  // V  [L^3]
-  bool live = false;           // F_int follows the solid through its sub-steps; held otherwise
-  int iterations = 1;  // more: F_int is corrected by the slip that it would leave, fluid at rest meanwhile
-  Vec3 origin;         // where the body's origin stands in the box  [L]
-  int axis = 2;        // along which the body's own z axis points
-};
-
 /// Rows of the body's coordinates turned such that its z axis points along `axis`; a rotation, no reflection.
 Positions turned(const Positions& body, int axis);
 
-std::vector<std::int32_t> coupled_nodes(const solid::Network& network, Coupled coupled);
+/// In ascending order. Throws BadParameter when a listed node is not in the network or listed twice.
+std::vector<std::int32_t> coupled_nodes(const solid::Network& network, const CouplingSpec& coupling);
 
 struct Body {
   solid::Material material;
@@ -48,6 +33,10 @@ class Simulation {
  public:
   /// The body at rest, undeformed, in a fluid at rest. Throws BadParameter and NumericalFailure.
   Simulation(const fluid::Spec& fluid, Body body, const CouplingSpec& coupling);
+
+  /// The leap-frog refers to the network beside it.
+  Simulation(const Simulation&) = delete;
+  Simulation& operator=(const Simulation&) = delete;
 
   /// One step. Throws NumericalFailure with the step when a bond, an angle or a marker leaves its range.
   void advance();

@@ -213,6 +213,8 @@ observe::Watch read_watch(const io::Section& top) {
   return watch;
 }
 
+constexpr std::int64_t most_listed_node = 2'000'000'000;
+
 scene::CouplingSpec read_coupling(const io::Section& top) {
   scene::CouplingSpec spec;
   if (!top.has("coupling")) return spec;
@@ -224,7 +226,16 @@ scene::CouplingSpec read_coupling(const io::Section& top) {
                  : name == "3-point"     ? coupling::Delta::ThreePoint
                                          : coupling::Delta::FourPoint;
   }
-  if (table.has("nodes")) {
+  if (table.has_list("nodes")) {
+    spec.coupled = scene::Coupled::Listed;
+    for (const std::int64_t node : table.integers("nodes")) {
+      if (node < 0 || node > most_listed_node) {
+        table.fail("nodes", fmt::format("'nodes' lists node {}", node), "nodes are counted from 0",
+                   "List the body's own nodes");
+      }
+      spec.listed.push_back(static_cast<std::int32_t>(node));
+    }
+  } else if (table.has("nodes")) {
     const std::string name = table.choice("nodes", {"boundary", "ring", "all"});
     spec.coupled = name == "boundary" ? scene::Coupled::Boundary
                    : name == "ring"   ? scene::Coupled::Ring

@@ -5,8 +5,8 @@
 #include "fluid/obstacle.hpp"
 #include "io/document.hpp"
 #include "observe/watch.hpp"
+#include "scene/coupling_spec.hpp"
 #include "scene/plan.hpp"
-#include "scene/simulation.hpp"
 
 namespace veriflex::engine {
 
