@@ -24,14 +24,20 @@ std::int64_t stride_bytes(const Spec& spec) {
   return (bytes + page - 1) / page * page + 5 * cache_line;
 }
 
+/// Of the populations that come back from walls along x.
+std::int64_t end_bytes(const Spec& spec) {
+  if (!spec.walls[0]) return 0;
+  return ends_per_row * spec.grid.size[1] * spec.grid.size[2] * (spec.storage == Storage::Double ? 8 : 4);
+}
+
 constexpr std::array<std::int64_t, 3> velocity(int q) {
   const auto& v = c[static_cast<std::size_t>(q)];
   return {v[0], v[1], v[2]};
 }
 
-/// A link that a wall or an obstacle cuts. After a step, be it even or odd, what each end sent along the link
-/// stands where the other end will look for it, so the two slots are exchanged. Both sides of a wall are
-/// fluid with a wall of their own: nothing leaks, and no node is treated apart.
+/// A link that an obstacle cuts. After a step, be it even or odd, what each end sent along the link
+/// stands where the other end will look for it, so the two slots are exchanged. The inside of an obstacle is
+/// fluid with a wall of its own: nothing leaks, and no node is treated apart.
 struct CutLink {
   std::int64_t node, beyond;  // beyond = node + c(q), wrapped
   int q;                      // of a first-of-pair direction
@@ -45,7 +51,7 @@ struct Gain {
 };
 
 struct Cuts {
-  std::vector<CutLink> links;  // except those across a wall along x, which the sweep itself turns back
+  std::vector<CutLink> links;  // walls are the sweep's own matter
   std::vector<Gain> gains;
 };
 
@@ -71,10 +77,11 @@ void cut_links_of(const Spec& spec, const std::vector<bool>& is_obstacle, std::i
     const int axis = crossed_wall(spec, at, q);
     const bool into_obstacle = !is_obstacle.empty() && is_obstacle[static_cast<std::size_t>(node)] !=
                                                            is_obstacle[static_cast<std::size_t>(beyond)];
-    if (axis < 0 && !into_obstacle) continue;
-    const bool first_of_pair = q % 2 == 1;
-    if (axis != 0 && first_of_pair) cuts.links.push_back({node, beyond, q});
-    if (axis < 0) continue;
+    if (axis < 0) {
+      const bool first_of_pair = q % 2 == 1;
+      if (into_obstacle && first_of_pair) cuts.links.push_back({node, beyond, q});
+      continue;
+    }
     const auto a = static_cast<std::size_t>(axis);
     const Walls& walls = *spec.walls[a];
     const bool high = velocity(q)[a] > 0;
@@ -129,6 +136,7 @@ class FluidOf final : public Fluid {
     for (int q = 0; q < Q; ++q) {
       lattice_.slots[q] = reinterpret_cast<Real*>(pages_.get() + q * stride_bytes(spec_));
     }
+    lattice_.ends = reinterpret_cast<Real*>(pages_.get() + Q * stride_bytes(spec_));
     lattice_.nx = grid.size[0];
     lattice_.ny = grid.size[1];
     lattice_.nz = grid.size[2];
@@ -138,7 +146,7 @@ class FluidOf final : public Fluid {
     lattice_.forcing = spec_.body_force.isZero(0.0)         ? Forcing::None
                        : spec_.scheme == Scheme::FirstOrder ? Forcing::FirstOrder
                                                             : Forcing::Guo;
-    lattice_.closed_x = spec_.walls[0].has_value();
+    for (std::size_t axis = 0; axis < 3; ++axis) lattice_.closed[axis] = spec_.walls[axis].has_value();
     for (std::int64_t x = 0; x < grid.size[0]; ++x) place_.push_back(lattice_.place(x));
     const Cuts cuts = cuts_of(spec_);
     gains_ = cuts.gains;
@@ -251,15 +259,27 @@ class FluidOf final : public Fluid {
 
   Real* slot(int q, std::int64_t node) const {
     const std::int64_t x = node % lattice_.nx;
+    const std::int64_t from_wall = velocity(q)[0] == 1 ? 0 : velocity(q)[0] == -1 ? lattice_.nx - 1 : -1;
+    if (lattice_.closed[0] && x == from_wall) {
+      return lattice_.ends + ends_per_row * (node / lattice_.nx) + end_of_row(q);
+    }
     return lattice_.slots[q] + (node - x) + place_[static_cast<std::size_t>(x)];
+  }
+
+  /// Whether the place c(q) away from `at`, or that much the other way, is behind a wall.
+  bool behind_wall(const std::array<std::int64_t, 3>& at, int q, int sign) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const std::int64_t to = at[axis] + sign * velocity(q)[axis];
+      if (lattice_.closed[axis] && (to < 0 || to >= spec_.grid.size[axis])) return true;
+    }
+    return false;
   }
 
   /// Where population q of this node stands before the step to come.
   Real* arriving(int q, std::int64_t node) const {
     if (!odd()) return slot(q, node);
     const auto at = spec_.grid.node(node);
-    const std::int64_t from = at[0] - velocity(q)[0];
-    if (lattice_.closed_x && (from < 0 || from >= lattice_.nx)) return slot(q, node);
+    if (behind_wall(at, q, -1)) return slot(q, node);
     return slot(opposite(q), neighbour(spec_.grid, at, q, -1));
   }
 
@@ -281,7 +301,7 @@ class FluidOf final : public Fluid {
   }
 
   /// Between the sweep and the exchange of cut links, a population that left `node` along q stands where its
-  /// target would find it without walls.
+  /// target would find it without obstacles.
   void add(const NodeForces& forces) {
     const auto count = static_cast<std::int64_t>(forces.nodes.size());
     // A slot is reached from one node only: threads do not meet.
@@ -295,10 +315,8 @@ class FluidOf final : public Fluid {
         const double kick = 3.0 * w(q) *
                             (g[0] * static_cast<double>(v[0]) + g[1] * static_cast<double>(v[1]) +
                              g[2] * static_cast<double>(v[2]));
-        const std::int64_t to = at[0] + v[0];
-        const bool turned = lattice_.closed_x && (to < 0 || to >= lattice_.nx);
-        Real* const target =
-            !odd() || turned ? slot(opposite(q), node) : slot(q, neighbour(spec_.grid, at, q));
+        const bool stays = !odd() || behind_wall(at, q, 1);
+        Real* const target = stays ? slot(opposite(q), node) : slot(q, neighbour(spec_.grid, at, q));
         *target += static_cast<Real>(kick);
       }
     }
@@ -352,7 +370,8 @@ Mat3 viscous_stress(const Populations& h, double relaxation_time) {
 }
 
 double memory_bytes(const Spec& spec) {
-  return static_cast<double>(Q) * static_cast<double>(stride_bytes(spec));
+  return static_cast<double>(Q) * static_cast<double>(stride_bytes(spec)) +
+         static_cast<double>(end_bytes(spec));
 }
 
 void require_memory(const Spec& spec) {

@@ -35,14 +35,17 @@ inline V multiply_add(const V& a, const V& b, const V& add) {
   } else {
     constexpr bool is_double = sizeof(a[0]) == 8;
 #if defined(__AVX512F__)
-    if constexpr (sizeof(V) == 64 && is_double) return (V)_mm512_fmadd_pd((__m512d)a, (__m512d)b, (__m512d)add);
+    if constexpr (sizeof(V) == 64 && is_double)
+      return (V)_mm512_fmadd_pd((__m512d)a, (__m512d)b, (__m512d)add);
     if constexpr (sizeof(V) == 64 && !is_double) return (V)_mm512_fmadd_ps((__m512)a, (__m512)b, (__m512)add);
 #endif
-    if constexpr (sizeof(V) == 32 && is_double) return (V)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)add);
+    if constexpr (sizeof(V) == 32 && is_double)
+      return (V)_mm256_fmadd_pd((__m256d)a, (__m256d)b, (__m256d)add);
     if constexpr (sizeof(V) == 32 && !is_double) return (V)_mm256_fmadd_ps((__m256)a, (__m256)b, (__m256)add);
     if constexpr (sizeof(V) == 16 && is_double) return (V)_mm_fmadd_pd((__m128d)a, (__m128d)b, (__m128d)add);
     if constexpr (sizeof(V) == 16 && !is_double) return (V)_mm_fmadd_ps((__m128)a, (__m128)b, (__m128)add);
-    if constexpr (sizeof(V) == 8) return V{multiply_add(a[0], b[0], add[0]), multiply_add(a[1], b[1], add[1])};
+    if constexpr (sizeof(V) == 8)
+      return V{multiply_add(a[0], b[0], add[0]), multiply_add(a[1], b[1], add[1])};
   }
 #else
   return a * b + add;

@@ -52,7 +52,8 @@ constexpr int cx(int q) { return c[static_cast<std::size_t>(q)][0]; }
 template <class Real>
 struct Row {
   Real* slot[Q];
-  Real* own[Q];  // this row's own slots, where walls at its ends send populations back
+  Real* ends;         // this row's part of Lattice::ends
+  unsigned back = 0;  // bit q: population q comes back from a wall beside the row, from the same node
 };
 
 template <class Real, int lanes, bool odd, bool closed>
@@ -63,105 +64,101 @@ struct Step {
   /// raised double from 0.85 to 0.95 of the memory's limit on one machine and changed nothing for float.
   static constexpr std::int64_t ahead = 512 / sizeof(Real);
 
-  /// Vector i of the row; `first` and `last` tell whether it stands at an end.
-  template <class Force, bool first, bool last>
+  /// Vector i of the row; `first` and `last` tell whether it stands at an end, `beside` whether a wall is
+  /// beside the row.
+  template <class Force, bool beside, bool first, bool last>
   static inline void nodes(const Lattice<Real>& lattice, const Row<Real>& row, std::int64_t i,
                            std::int64_t n) {
     V h[Q];
-    V kept[Q];  // with walls: what belongs to the other end of a row and must stay
     for_each_population([&](auto q) {
       constexpr int shift = odd ? cx(q) : 0;
       constexpr bool wraps = (shift == 1 && first) || (shift == -1 && last);
-      if constexpr (!wraps) {
-        __builtin_prefetch(row.slot[q] + (i - shift) * lanes + ahead, 1);
+      if (!wraps || (beside && (row.back >> q & 1U) != 0)) {
+        if constexpr (!wraps) __builtin_prefetch(row.slot[q] + (i - shift) * lanes + ahead, 1);
         h[q] = L::load(row.slot[q] + (i - shift) * lanes);
       } else {
-        constexpr std::size_t end = shift == 1 ? 0 : lanes - 1;
         const V across = L::load(row.slot[q] + (shift == 1 ? n - 1 : 0) * lanes);
         h[q] = shift == 1 ? L::up(across) : L::down(across);
-        if constexpr (closed) {
-          kept[q] = h[q];
-          L::set(h[q], end, row.own[q][i * lanes + static_cast<std::int64_t>(end)]);
-        }
       }
+      if constexpr (closed && cx(q) == 1 && first) L::set(h[q], 0, row.ends[end_of_row(q)]);
+      if constexpr (closed && cx(q) == -1 && last) L::set(h[q], lanes - 1, row.ends[end_of_row(q)]);
     });
     collide<Force>(lattice.law, h);
     for_each_population([&](auto q) {
       constexpr int p = opposite(q);
       constexpr int shift = odd ? cx(q) : 0;
       constexpr bool wraps = (shift == 1 && first) || (shift == -1 && last);
-      if constexpr (!wraps) {
+      if constexpr (closed && cx(q) == 1 && first) row.ends[end_of_row(q)] = L::get(h[p], 0);
+      if constexpr (closed && cx(q) == -1 && last) row.ends[end_of_row(q)] = L::get(h[p], lanes - 1);
+      if (!wraps || (beside && (row.back >> q & 1U) != 0)) {
         L::store(row.slot[q] + (i - shift) * lanes, h[p]);
       } else {
-        constexpr std::size_t end = shift == 1 ? 0 : lanes - 1;
-        V leaving = h[p];
-        if constexpr (closed) L::set(leaving, end, L::get(kept[q], end));
-        L::store(row.slot[q] + (shift == 1 ? n - 1 : 0) * lanes,
-                 shift == 1 ? L::down(leaving) : L::up(leaving));
+        L::store(row.slot[q] + (shift == 1 ? n - 1 : 0) * lanes, shift == 1 ? L::down(h[p]) : L::up(h[p]));
       }
     });
-    if constexpr (odd && closed) {  // last, because the vectors above may hold the old value of the same slot
-      for_each_population([&](auto q) {
-        constexpr int shift = cx(q);
-        constexpr bool wraps = (shift == 1 && first) || (shift == -1 && last);
-        if constexpr (wraps) {
-          constexpr std::size_t end = shift == 1 ? 0 : lanes - 1;
-          row.own[q][i * lanes + static_cast<std::int64_t>(end)] = L::get(h[opposite(q)], end);
-        }
-      });
-    }
   }
 
-  template <class Force>
+  template <class Force, bool beside>
   static void along(const Lattice<Real>& lattice, const Row<Real>& row) {
     const std::int64_t n = lattice.nx / lanes;
     if (n == 1) {
-      nodes<Force, true, true>(lattice, row, 0, 1);
+      nodes<Force, beside, true, true>(lattice, row, 0, 1);
       return;
     }
-    nodes<Force, true, false>(lattice, row, 0, n);
-    for (std::int64_t i = 1; i < n - 1; ++i) nodes<Force, false, false>(lattice, row, i, n);
-    nodes<Force, false, true>(lattice, row, n - 1, n);
+    nodes<Force, beside, true, false>(lattice, row, 0, n);
+    for (std::int64_t i = 1; i < n - 1; ++i) nodes<Force, beside, false, false>(lattice, row, i, n);
+    nodes<Force, beside, false, true>(lattice, row, n - 1, n);
   }
 
   static std::int64_t wrap(std::int64_t at, std::int64_t size) {
     return at < 0 ? at + size : at >= size ? at - size : at;
   }
 
+  static bool outside(std::int64_t at, std::int64_t size) { return at < 0 || at >= size; }
+
+  /// A population that would come across a wall beside the row comes from the same node's slot of its own,
+  /// where the step before left what went towards the wall. Its pointer is moved such that it is found at the
+  /// place of the neighbour.
+  static Row<Real> row_at(const Lattice<Real>& lattice, std::int64_t y, std::int64_t z) {
+    Row<Real> row;
+    row.ends = closed ? lattice.ends + ends_per_row * (y + lattice.ny * z) : nullptr;
+    for_each_population([&](auto q) {
+      constexpr auto v = c[static_cast<std::size_t>(q())];
+      Real* const own = lattice.slots[q] + lattice.row(y, z);
+      if constexpr (!odd) {
+        row.slot[q] = own;
+      } else if ((lattice.closed[1] && outside(y - v[1], lattice.ny)) ||
+                 (lattice.closed[2] && outside(z - v[2], lattice.nz))) {
+        row.slot[q] = own + v[0] * lanes;
+        row.back |= 1U << q;
+      } else {
+        row.slot[q] =
+            lattice.slots[opposite(q)] + lattice.row(wrap(y - v[1], lattice.ny), wrap(z - v[2], lattice.nz));
+      }
+    });
+    return row;
+  }
+
   template <class Force>
   static void plane(const Lattice<Real>& lattice, std::int64_t z) {
     for (std::int64_t y = 0; y < lattice.ny; ++y) {
-      Row<Real> row;
-      for_each_population([&](auto q) {
-        constexpr auto v = c[static_cast<std::size_t>(q())];
-        row.own[q] = lattice.slots[q] + lattice.row(y, z);
-        row.slot[q] = odd ? lattice.slots[opposite(q)] +
-                                lattice.row(wrap(y - v[1], lattice.ny), wrap(z - v[2], lattice.nz))
-                          : row.own[q];
-      });
-      along<Force>(lattice, row);
+      const Row<Real> row = row_at(lattice, y, z);
+      if (odd && row.back != 0) {
+        along<Force, true>(lattice, row);
+      } else {
+        along<Force, false>(lattice, row);
+      }
     }
   }
 
-  /// Each thread takes a slab of planes, two at least. Walls at the ends of rows make a row touch vectors
-  /// that its neighbours along z change too, so that there the last plane of each slab waits until all others
-  /// are done.
+  /// Each thread takes planes of its own, and no slot is another's.
   template <class Force>
   static void all(const Lattice<Real>& lattice) {
-    constexpr bool waits = odd && closed;
-#pragma omp parallel num_threads( \
-    static_cast <int>(std::clamp <std::int64_t>(lattice.nz / 2, 1, omp_get_max_threads())))
+#pragma omp parallel
     {
       const FlushSubnormals flush;
-      const std::int64_t threads = omp_get_num_threads();
-      const std::int64_t me = omp_get_thread_num();
-      const std::int64_t from = lattice.nz * me / threads;
-      const std::int64_t to = lattice.nz * (me + 1) / threads;
-      for (std::int64_t z = from; z < to - (waits ? 1 : 0); ++z) plane<Force>(lattice, z);
-      if constexpr (waits) {
-#pragma omp barrier
-        plane<Force>(lattice, to - 1);
-      }
+#pragma omp for schedule(static)
+      for (std::int64_t z = 0; z < lattice.nz; ++z) plane<Force>(lattice, z);
     }
   }
 
@@ -179,12 +176,10 @@ struct Step {
 
 template <class Real, int lanes>
 void sweep_with(const Lattice<Real>& lattice, bool odd) {
-  if (!odd) {
-    Step<Real, lanes, false, false>::run(lattice);
-  } else if (lattice.closed_x) {
-    Step<Real, lanes, true, true>::run(lattice);
+  if (lattice.closed[0]) {
+    odd ? Step<Real, lanes, true, true>::run(lattice) : Step<Real, lanes, false, true>::run(lattice);
   } else {
-    Step<Real, lanes, true, false>::run(lattice);
+    odd ? Step<Real, lanes, true, false>::run(lattice) : Step<Real, lanes, false, false>::run(lattice);
   }
 }
 

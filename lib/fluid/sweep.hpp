@@ -7,6 +7,10 @@
 ///
 /// A row (along x) holds node x = lane * n + i in lane `lane` of vector i, n = nx/lanes: a shift by one node
 /// is the neighbouring vector, and only a row's ends turn the lanes, which is the periodic wrap.
+///
+/// Half-way walls: what an odd step would take from beyond a wall stands in the same node's slot, and what
+/// leaves across it is left there. At the ends of rows that would touch lines which the sweep passes at
+/// another time, and so these few populations live in an array of their own.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +19,10 @@
 
 namespace veriflex::fluid {
 
+/// Place of a population that comes back from a wall at an end of its row among the row's ten.
+constexpr int ends_per_row = 10;
+constexpr int end_of_row(int q) { return (q % 2 == 1 ? 0 : 5) + (q <= 2 ? 0 : (q - 5) / 2); }
+
 enum class Forcing { None, FirstOrder, Guo };
 
 /// What a sweep works on. Plain data, so that the loops can be compiled for the machine at hand on their own.
@@ -22,10 +30,11 @@ template <class Real>
 struct Lattice {
   Real* slots[Q];  // one array per population, rows one after the other
   std::int64_t nx, ny, nz;
-  int lanes;  // divides nx
+  Real* ends;  // with walls along x: ends_per_row for each row
+  int lanes;   // divides nx
   Collision<Real> law;
   Forcing forcing;
-  bool closed_x;  // walls at both ends of every row
+  bool closed[3];  // walls at both ends of an axis
 
   /// Place of node x in its row.
   std::int64_t place(std::int64_t x) const {
