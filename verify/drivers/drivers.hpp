@@ -68,6 +68,12 @@ engine::Study read_galilean(const io::Section& top);
 /// 5-8]
 engine::Study read_filament(const io::Section& top);
 
+/// What the paper leaves open about its filament, one at a time: how far each choice moves it.
+engine::Study read_filament_companions(const io::Section& top);
+
+/// The driven filament at small amplitude against linear theory.
+engine::Study read_filament_linear(const io::Section& top);
+
 /// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
 engine::Study read_delta_moments(const io::Section& top);
 
@@ -93,6 +99,9 @@ inline const std::vector<engine::Driver>& all() {
       {"channel", "flows between walls and through arrays of obstacles", &read_channel},
       {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
       {"filament", "driven filament in the fluid, one bond law against another", &read_filament},
+      {"filament-companions", "the driven filament with each open choice varied", &read_filament_companions},
+//      {"filament-linear", "the driven filament at small amplitude against linear theory",
+//       &read_filament_linear},
       {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };
   return drivers;

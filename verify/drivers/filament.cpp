@@ -5,7 +5,8 @@
 
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
-#include "drivers/filament_run.hpp"
+#include "drivers/filament_case.hpp"
+#include "drivers/filament_compare.hpp"
 #include "engine/read_scene.hpp"
 
 // The paper's one result: the driven filament with the one bond law against the other. Both run in the same
@@ -24,72 +25,11 @@ struct FilamentStudy {
   std::vector<double> modulus_factors;  // of the compared law's body: what a wrong modulus would look like
 };
 
-struct Deviation {
-  double z_max, z_rms;          // of |dz| over the axis nodes
-  double lab_max, lab_rms;      // of |d|
-  double moved_max, moved_rms;  // of |d| after taking out each body's own displacement along y
-};
-
-Deviation deviation(const StrokeResult& a, const StrokeResult& b, std::size_t phase, double z0) {
-  Positions d = a.lines[phase] - b.lines[phase];
-  Deviation result{};
-  const auto rms = [&](const auto& values) {
-    return std::sqrt(values.squaredNorm() / static_cast<double>(d.rows())) / z0;
-  };
-  result.z_max = d.col(2).cwiseAbs().maxCoeff() / z0;
-  result.z_rms = rms(d.col(2));
-  result.lab_max = d.rowwise().norm().maxCoeff() / z0;
-  result.lab_rms = rms(d);
-  d.col(1).array() -= a.centre[phase][1] - b.centre[phase][1];
-  result.moved_max = d.rowwise().norm().maxCoeff() / z0;
-  result.moved_rms = rms(d);
-  return result;
-}
-
-/// The figures' four phases: T/4, T/2, 3T/4, T of the last period, as indices of StrokeResult::lines.
-std::array<std::size_t, 4> figure_phases(const StrokeResult& seen) {
-  const std::size_t last = seen.lines.size() - phases_per_period;
-  return {last + 1, last + 3, last + 5, last + 7};
-}
-
-Deviation worst(const StrokeResult& a, const StrokeResult& b, double z0) {
-  Deviation most{};
-  for (const std::size_t phase : figure_phases(a)) {
-    const Deviation d = deviation(a, b, phase, z0);
-    most.z_max = std::max(most.z_max, d.z_max);
-    most.z_rms = std::max(most.z_rms, d.z_rms);
-    most.lab_max = std::max(most.lab_max, d.lab_max);
-    most.lab_rms = std::max(most.lab_rms, d.lab_rms);
-    most.moved_max = std::max(most.moved_max, d.moved_max);
-    most.moved_rms = std::max(most.moved_rms, d.moved_rms);
-  }
-  return most;
-}
-
-/// Largest change of the centre line from one period to the next at the figures' phases, over z0, swimming
-/// taken out.
-double change_over_last_period(const StrokeResult& seen, double z0) {
-  if (seen.lines.size() < 2 * phases_per_period) return 1.0;
-  double most = 0.0;
-  for (const std::size_t phase : figure_phases(seen)) {
-    Positions d = seen.lines[phase] - seen.lines[phase - phases_per_period];
-    d.col(1).array() -= seen.centre[phase][1] - seen.centre[phase - phases_per_period][1];
-    most = std::max(most, d.rowwise().norm().maxCoeff() / z0);
-  }
-  return most;
-}
-
-double swum(const StrokeResult& seen) {
-  const std::size_t last = seen.centre.size() - 1;
-  const double from = seen.centre.size() > phases_per_period ? seen.centre[last - phases_per_period][1] : 0.0;
-  return seen.centre[last][1] - from;
-}
-
 /// Scaled energies scale the modulus and every stiffness of a law by the same factor and leave its rest
 /// length.
 bond::AnyLaw stiffer(const bond::AnyLaw& law, double factor) { return bond::rescaled(law, factor, 1.0); }
 
-Record centre_lines(const StrokeResult& a, const StrokeResult& b) {
+Record centre_lines(const StrokeResult& a, const StrokeResult& b, double spacing) {
   Record record{
       "centre_lines",
       "Centre lines in the last period",
@@ -107,10 +47,11 @@ Record centre_lines(const StrokeResult& a, const StrokeResult& b) {
     const CentreLine& line = a.lines[first + k];
     const CentreLine& other = b.lines[first + k];
     for (Eigen::Index s = 0; s < line.rows(); ++s) {
+      const double rest = static_cast<double>(s) * spacing;
       record.append({static_cast<double>(k * static_cast<std::size_t>(line.rows())) + static_cast<double>(s),
-                     static_cast<double>(k + 1) / phases_per_period, static_cast<double>(s), line(s, 1),
-                     line(s, 2), line(s, 1) - a.centre[first + k][1], other(s, 1), other(s, 2),
-                     other(s, 1) - b.centre[first + k][1]});
+                     static_cast<double>(k + 1) / phases_per_period, static_cast<double>(s),
+                     rest + line(s, 1), line(s, 2), rest + line(s, 1) - a.centre[first + k][1],
+                     rest + other(s, 1), other(s, 2), rest + other(s, 1) - b.centre[first + k][1]});
     }
   }
   return record;
@@ -146,6 +87,22 @@ Record histogram_of(const StrokeResult& a, const StrokeResult& b) {
   return record;
 }
 
+/// Speeds in the plane of the stroke, law of [bond].
+Record film_of(const StrokeResult& seen) {
+  Record record{"film",
+                "Speed of the fluid in the plane of the stroke",
+                {{"phase", "t/T", "1", "phase of the last period", {}},
+                 {"y", "y", "L", "along the filament at rest, 0 where its free end was", {}},
+                 {"z", "z", "L", "along the drive, 0 on the axis at rest", {}},
+                 {"speed", "|u|", "L T^-1", "of the fluid", {}}}};
+  for (const Frame& frame : seen.film) {
+    for (Eigen::Index i = 0; i < frame.place.rows(); ++i) {
+      record.append({frame.phase, frame.place(i, 1), frame.place(i, 2), frame.speed[i]});
+    }
+  }
+  return record;
+}
+
 Record deviations_of(const StrokeResult& a, const StrokeResult& b, double z0) {
   Record record{"law_deviation",
                 "How far the two laws' centre lines are apart",
@@ -164,17 +121,36 @@ Record deviations_of(const StrokeResult& a, const StrokeResult& b, double z0) {
   return record;
 }
 
+/// E'/E on one side of 1 at which a wrong modulus moves the centre line by `distance`, linear between the
+/// factors tried; the farthest of these when all stay below.
+double modulus_at(const Record& record, double distance, int side) {
+  std::vector<std::pair<double, double>> tried{{1.0, 0.0}};
+  for (std::size_t i = 0; i < record.find("factor")->values.size(); ++i) {
+    const double factor = record.find("factor")->values[i];
+    if ((factor - 1.0) * side > 0.0) tried.emplace_back(factor, record.find("z_max")->values[i]);
+  }
+  std::sort(tried.begin(), tried.end(),
+            [&](const auto& a, const auto& b) { return (a.first - b.first) * side < 0.0; });
+  for (std::size_t i = 1; i < tried.size(); ++i) {
+    const auto& [near, below] = tried[i - 1];
+    const auto& [far, above] = tried[i];
+    if (above >= distance) return near + (far - near) * (distance - below) / (above - below);
+  }
+  return tried.back().first;
+}
+
 Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& cost) {
   const double z0 = study.stroke.amplitude;
   Stroke other = study.stroke;
   other.law = study.other;
+  other.film = 0;
   const StrokeResult a = run_stroke(study.stroke, bond::name_of(study.stroke.law), progress);
   cost.finish(bond::name_of(study.stroke.law));
   const StrokeResult b = run_stroke(other, bond::name_of(study.other), progress);
   cost.finish(bond::name_of(study.other) + " compared");
 
   Observations seen;
-  seen.records = {centre_lines(a, b), deviations_of(a, b, z0),
+  seen.records = {centre_lines(a, b, study.stroke.rod.spacing), deviations_of(a, b, z0),
                   history_of(a, "stroke", bond::name_of(study.stroke.law)),
                   history_of(b, "stroke_compared", bond::name_of(study.other)), histogram_of(a, b)};
   const Deviation d = worst(a, b, z0);
@@ -205,6 +181,7 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
        "distinct lattice nodes under the supports"},
   };
 
+  if (!a.film.empty()) seen.records.push_back(film_of(a));
   if (study.stroke.short_bond > 0.0) {
     seen.metrics.push_back({"share_short", a.share_short, "1",
                             "of bonds and times of the last period with r < 1.2 sigma, law of [bond]"});
@@ -225,94 +202,54 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
       cost.finish(fmt::format("modulus x {}", factor));
     }
     seen.records.push_back(record);
+    seen.metrics.push_back(
+        {"modulus_low", modulus_at(record, d.z_max, -1), "1",
+         "a softer body's E'/E that moves the centre line as far as the change of the law"});
+    seen.metrics.push_back({"modulus_high", modulus_at(record, d.z_max, +1), "1",
+                            "a stiffer body's E'/E that does; the farthest tried when none does"});
   }
   // Wall time is no part of what was measured: it goes into the timing of the result.
   return seen;
 }
 
-solid::Substeps read_substeps(const io::Section& t) {
-  return {.count = static_cast<int>(t.integer("substeps", 1, 1000)), .safety = 0.0};
-}
-
 }  // namespace
 
 engine::Study read_filament(const io::Section& top) {
-  const bond::AnyLaw law = engine::read_law(top);
-  const bond::Derivation derivation = engine::read_derivation(top, law);
-  const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
-  const auto* rod = std::get_if<solid::Rod>(&solid.shape);
-  if (rod == nullptr || rod->sections < 3) {
-    top.table("solid").fail("shape", "the filament is no rod of three sections or more",
-                            "its axis must have nodes", "Use shape = \"rod\"");
-  }
+  FilamentStudy study{
+      .stroke = read_stroke(top), .other = engine::read_law(top, "compared_bond"), .modulus_factors = {}};
   const io::Section t = top.table("filament");
-  FilamentStudy study{.stroke = {.fluid = engine::read_fluid(top),
-                                 .rod = *rod,
-                                 .law = law,
-                                 .angle_stiffness = solid.angle_stiffness,
-                                 .node_mass = t.number("node_mass"),
-                                 .substeps = read_substeps(t),
-                                 .coupling = engine::read_coupling(top),
-                                 .offset = Vec3::Zero(),
-                                 .amplitude = t.number("amplitude"),
-                                 .reynolds = t.number("reynolds"),
-                                 .driven = Driven::Node,
-                                 .ramp_periods = t.number("ramp_periods", 0.0),
-                                 .periods = static_cast<int>(t.integer("periods", 1, 1000)),
-                                 .watch = engine::read_watch(top)},
-                      .other = engine::read_law(top, "compared_bond"),
-                      .modulus_factors = {}};
-  if (t.has("driven") && t.choice("driven", {"node", "section"}) == "section")
-    study.stroke.driven = Driven::Section;
-  if (t.has("offset")) {
-    const std::vector<double> offset = t.numbers("offset");
-    if (offset.size() != 3)
-      t.fail("offset", "'offset' is no vector", "it has x, y and z", "Give three numbers");
-    study.stroke.offset = {offset[0], offset[1], offset[2]};
-  }
   if (t.has("modulus_factors")) study.modulus_factors = t.numbers("modulus_factors");
-  for (const bond::NamedValue& p : bond::parameters_of(law)) {
-    if (p.name == "diameter") study.stroke.short_bond = 1.2 * p.value;
-  }
-  for (const auto& [key, value] : {std::pair{"amplitude", study.stroke.amplitude},
-                                   {"reynolds", study.stroke.reynolds},
-                                   {"node_mass", study.stroke.node_mass}}) {
-    if (!(value > 0.0))
-      t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give more than 0");
-  }
-  return {.plan = engine::read_plan(top, {.law = law,
-                                          .solid = solid,
-                                          .method = fmt::format("leap-frog, {} sub-steps, driven at one end",
-                                                                study.stroke.substeps.count),
-                                          .moves = true,
-                                          .fluid = study.stroke.fluid}),
-          .measures = {"deviation_z_max",
-                       "deviation_z_rms",
-                       "deviation_lab_max",
-                       "deviation_swimming_max",
-                       "period_change",
-                       "period_change_compared",
-                       "swum",
-                       "swum_compared",
-                       "work",
-                       "work_compared",
-                       "least_strain",
-                       "least_strain_time",
-                       "least_strain_place",
-                       "greatest_strain",
-                       "greatest_strain_time",
-                       "greatest_strain_place",
-                       "least_strain_compared",
-                       "greatest_strain_compared",
-                       "greatest_mach",
-                       "period",
-                       "touched_nodes",
-                       "share_short",
-                       "centre_lines.z",
-                       "centre_lines.y_compared",
-                       "centre_lines.z_compared",
-                       "centre_lines.y",
-                       "law_deviation.z_max"},
+  if (t.has("film")) study.stroke.film = t.integer("film", 1, 1000);
+  std::vector<std::string> measures{"deviation_z_max",
+                                    "deviation_z_rms",
+                                    "deviation_lab_max",
+                                    "deviation_swimming_max",
+                                    "period_change",
+                                    "period_change_compared",
+                                    "swum",
+                                    "swum_compared",
+                                    "work",
+                                    "work_compared",
+                                    "least_strain",
+                                    "least_strain_time",
+                                    "least_strain_place",
+                                    "greatest_strain",
+                                    "greatest_strain_time",
+                                    "greatest_strain_place",
+                                    "least_strain_compared",
+                                    "greatest_strain_compared",
+                                    "greatest_mach",
+                                    "period",
+                                    "touched_nodes",
+                                    "share_short",
+                                    "centre_lines.z",
+                                    "centre_lines.y_compared",
+                                    "centre_lines.z_compared",
+                                    "centre_lines.y",
+                                    "law_deviation.z_max"};
+  if (!study.modulus_factors.empty()) measures.insert(measures.end(), {"modulus_low", "modulus_high"});
+  return {.plan = plan_stroke(top, study.stroke),
+          .measures = measures,
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 

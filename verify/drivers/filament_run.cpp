@@ -65,12 +65,33 @@ void watch_strains(const scene::Simulation& simulation, const Stroke& stroke, do
   }
 }
 
-CentreLine line_of(const Positions& u, const solid::Network& network, const std::vector<std::int32_t>& axis) {
+CentreLine line_of(const Positions& u, const std::vector<std::int32_t>& axis) {
   CentreLine line(static_cast<Eigen::Index>(axis.size()), 3);
   for (std::size_t s = 0; s < axis.size(); ++s) {
-    line.row(static_cast<Eigen::Index>(s)) = network.rest.row(axis[s]) + u.row(axis[s]);
+    line.row(static_cast<Eigen::Index>(s)) = u.row(axis[s]);
   }
   return line;
+}
+
+/// The flow in the plane through the axis along which the end is driven.
+Frame frame_of(const fluid::Fluid& fluid, const Stroke& stroke, double phase) {
+  const Vec3 middle = middle_of(stroke);
+  const auto [nx, ny, nz] = fluid.spec().grid.size;
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t z = 0; z < nz; z += stroke.film) {
+    for (std::int64_t y = 0; y < ny; y += stroke.film) nodes.push_back(fluid.spec().grid.index(nx / 2, y, z));
+  }
+  Positions u;
+  fluid.velocities(nodes, u);
+  Frame frame{phase, Positions(u.rows(), 3), u.rowwise().norm()};
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto at = fluid.spec().grid.node(nodes[i]);
+    for (int axis = 0; axis < 3; ++axis) {
+      frame.place(static_cast<Eigen::Index>(i), axis) =
+          static_cast<double>(at[static_cast<std::size_t>(axis)]) - middle[axis];
+    }
+  }
+  return frame;
 }
 
 }  // namespace
@@ -129,8 +150,13 @@ StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress&
            next_phase <= stroke.periods * phases_per_period) {
       const double part = next_phase * period / phases_per_period - (time - 1.0);  // linear between two steps
       const Positions between = (1.0 - part) * before + part * now;
-      seen.lines.push_back(line_of(between, simulation.network(), axis));
+      seen.lines.push_back(line_of(between, axis));
       seen.centre.push_back(between.colwise().mean().transpose());
+      const int into_last = next_phase - (stroke.periods - 1) * phases_per_period;
+      if (stroke.film > 0 && into_last > 0) {
+        seen.film.push_back(
+            frame_of(simulation.fluid(), stroke, static_cast<double>(into_last) / phases_per_period));
+      }
       ++next_phase;
     }
     before = now;

@@ -30,6 +30,7 @@ struct Stroke {
   double ramp_periods;  // 0: z0 sin(omega t) from rest
   int periods;
   observe::Watch watch;
+  std::int64_t film = 0;    // nodes between the samples of the flow in the plane of the stroke; 0: none
   double short_bond = 0.0;  // a length whose share of shorter bonds is counted  [L]
 
   double length() const { return static_cast<double>(rod.sections - 1) * rod.spacing; }
@@ -39,9 +40,15 @@ struct Stroke {
 
 constexpr int phases_per_period = 8;
 
-/// The axis nodes at one phase, section by section from the free end, relative to the rod's place before the
-/// start.
+/// Displacements of the axis nodes at one phase, section by section from the free end.
 using CentreLine = Positions;
+
+/// The flow in the plane of the stroke at one phase.
+struct Frame {
+  double phase;
+  Positions place;  // of the samples, from the free end at rest  [L]
+  Eigen::VectorXd speed;  // [L T^-1]
+};
 
 struct Moment {
   double time;          // in periods
@@ -56,6 +63,7 @@ struct Moment {
 struct StrokeResult {
   std::vector<CentreLine> lines;  // phases_per_period for each period, at k T/8, k = 1 ...
   std::vector<Vec3> centre;       // centre of mass at the same times
+  std::vector<Frame> film;        // phases_per_period, of the last period
   std::vector<Moment> history;    // about 64 a period
   std::vector<double> work;       // of the drive, per period  [M L^2 T^-2]
   double least_strain = 0.0, greatest_strain = 0.0;

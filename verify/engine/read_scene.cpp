@@ -103,21 +103,6 @@ namespace {
 
 constexpr std::int64_t most_fluid_nodes = 1'000'000;  // along one axis
 
-std::array<std::int64_t, 3> read_box(const io::Section& fluid) {
-  const std::vector<std::int64_t> nodes = fluid.integers("nodes");
-  if (nodes.size() != 3) {
-    fluid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()),
-               "the box has nodes along x, y and z", "Write for example nodes = [32, 32, 32]");
-  }
-  for (const std::int64_t n : nodes) {
-    if (n < 1 || n > most_fluid_nodes) {
-      fluid.fail("nodes", fmt::format("'nodes' holds {}", n),
-                 fmt::format("an axis has 1 to {} nodes", most_fluid_nodes), "Choose a number in that range");
-    }
-  }
-  return {nodes[0], nodes[1], nodes[2]};
-}
-
 Vec3 read_vector(const io::Section& table, const std::string& key) {
   const std::vector<double> v = table.numbers(key);
   if (v.size() != 3) {
@@ -162,6 +147,21 @@ std::vector<std::int64_t> read_voxels(const io::Section& fluid, const fluid::Spe
 }
 
 }  // namespace
+
+std::array<std::int64_t, 3> read_box(const io::Section& fluid) {
+  const std::vector<std::int64_t> nodes = fluid.integers("nodes");
+  if (nodes.size() != 3) {
+    fluid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()),
+               "the box has nodes along x, y and z", "Write for example nodes = [32, 32, 32]");
+  }
+  for (const std::int64_t n : nodes) {
+    if (n < 1 || n > most_fluid_nodes) {
+      fluid.fail("nodes", fmt::format("'nodes' holds {}", n),
+                 fmt::format("an axis has 1 to {} nodes", most_fluid_nodes), "Choose a number in that range");
+    }
+  }
+  return {nodes[0], nodes[1], nodes[2]};
+}
 
 fluid::Shape read_obstacle(const io::Section& fluid) {
   const io::Section table = fluid.table("obstacle");

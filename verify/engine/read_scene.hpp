@@ -28,6 +28,9 @@ double read_angle_stiffness(const io::Section& top);
 enum class Varied { Nothing, Nodes, NodesAndRelaxationTime };
 fluid::Spec read_fluid(const io::Section& top, Varied varied = Varied::Nothing);
 
+/// `nodes` of [fluid]: three numbers.
+std::array<std::int64_t, 3> read_box(const io::Section& fluid);
+
 /// [fluid.obstacle]: the shape that read_fluid cuts out of the box; for drivers that refine it.
 fluid::Shape read_obstacle(const io::Section& fluid);
 

@@ -8,6 +8,7 @@
 #include "drivers/compare/body.hpp"
 #include "drivers/compare/kinds.hpp"
 #include "solid/leapfrog.hpp"
+#include "solid/modes.hpp"
 
 namespace veriflex::drivers::compare {
 
@@ -112,6 +113,10 @@ Observations compare_trajectory(const Body& body, const Table& table, const Tabl
   seen.metrics.push_back(
       {"energy_change", change.value, "1", "largest change of the total energy over that at the start"});
   seen.metrics.push_back({"peer_energy_change", peer_change.value, "1", "the same of the peer"});
+  const double omega = solid::largest_frequency(body.material, network, Positions::Zero(nodes, 3),
+                                                solid::Held::Constant(nodes, 3, false), motion.node_mass);
+  seen.metrics.push_back({"dt_over_limit", 0.5 * omega * motion.time_step, "1",
+                          "time step over the linear limit 2/omega_max at rest"});
   seen.metrics.push_back({"energy_rows", static_cast<double>(energy_record.columns.front().values.size()),
                           "1", "rows of the table of energies that were compared"});
   count_rows(table, seen);
@@ -145,7 +150,8 @@ engine::Study read_trajectory(const io::Section& top, const io::Section& compare
               body, fmt::format("leap-frog, time step {}, node mass {}", motion.time_step, motion.node_mass),
               true),
           .measures = {"early_position_error", "position_error", "velocity_error", "energy_error",
-                       "energy_change", "peer_energy_change", "energy_rows", "rows", "clamped_rows"},
+                       "energy_change", "peer_energy_change", "dt_over_limit", "energy_rows", "rows",
+                       "clamped_rows"},
           .run = [=](Progress& progress, engine::Cost&) {
             return compare_trajectory(body, table, energies, node_of_row, motion, progress);
           }};

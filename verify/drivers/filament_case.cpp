@@ -1,0 +1,108 @@
+#include "drivers/filament_case.hpp"
+
+#include <fmt/format.h>
+
+#include "bond/derive.hpp"
+#include "engine/read_scene.hpp"
+
+namespace veriflex::drivers {
+
+namespace {
+
+int read_substeps(const io::Section& t) { return static_cast<int>(t.integer("substeps", 1, 1000)); }
+
+Driven read_driven(const io::Section& t) {
+  return t.choice("driven", {"node", "section"}) == "section" ? Driven::Section : Driven::Node;
+}
+
+Vec3 read_offset(const io::Section& t) {
+  const std::vector<double> offset = t.numbers("offset");
+  if (offset.size() != 3)
+    t.fail("offset", "'offset' is no vector", "it has x, y and z", "Give three numbers");
+  return {offset[0], offset[1], offset[2]};
+}
+
+void need_positive(const io::Section& t, const std::string& key, double value) {
+  if (value > 0.0) return;
+  t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give more than 0");
+}
+
+}  // namespace
+
+Stroke read_stroke(const io::Section& top) {
+  const bond::AnyLaw law = engine::read_law(top);
+  const bond::Derivation derivation = engine::read_derivation(top, law);
+  const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
+  const auto* rod = std::get_if<solid::Rod>(&solid.shape);
+  if (rod == nullptr || rod->sections < 3) {
+    top.table("solid").fail("shape", "the filament is no rod of three sections or more",
+                            "its axis must have nodes", "Use shape = \"rod\"");
+  }
+  const io::Section t = top.table("filament");
+  Stroke stroke{.fluid = engine::read_fluid(top),
+                .rod = *rod,
+                .law = law,
+                .angle_stiffness = solid.angle_stiffness,
+                .node_mass = t.number("node_mass"),
+                .substeps = {.count = read_substeps(t), .safety = 0.0},
+                .coupling = engine::read_coupling(top),
+                .offset = t.has("offset") ? read_offset(t) : Vec3(Vec3::Zero()),
+                .amplitude = t.number("amplitude"),
+                .reynolds = t.number("reynolds"),
+                .driven = t.has("driven") ? read_driven(t) : Driven::Node,
+                .ramp_periods = t.number("ramp_periods", 0.0),
+                .periods = static_cast<int>(t.integer("periods", 1, 1000)),
+                .watch = engine::read_watch(top)};
+  for (const bond::NamedValue& p : bond::parameters_of(law)) {
+    if (p.name == "diameter") stroke.short_bond = 1.2 * p.value;
+  }
+  need_positive(t, "amplitude", stroke.amplitude);
+  need_positive(t, "reynolds", stroke.reynolds);
+  need_positive(t, "node_mass", stroke.node_mass);
+  return stroke;
+}
+
+Stroke varied(const Stroke& base, const io::Section& variant) {
+  Stroke s = base;
+  if (variant.has("fluid")) {
+    const io::Section top = variant;
+    const io::Section fluid = variant.table("fluid");
+    if (fluid.has("relaxation_time")) {
+      s.fluid.relaxation_time = fluid.number("relaxation_time");
+      if (!(s.fluid.relaxation_time > 0.5)) {
+        fluid.fail("relaxation_time", fmt::format("'relaxation_time' is {}", s.fluid.relaxation_time),
+                   "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5");
+      }
+    }
+    if (fluid.has("nodes")) s.fluid.grid.size = engine::read_box(fluid);
+    if (fluid.flag("closed", false)) s.fluid.walls = {fluid::Walls{}, fluid::Walls{}, fluid::Walls{}};
+  }
+  if (variant.has("coupling")) s.coupling = engine::read_coupling(variant);
+  if (variant.has("bond")) s.law = engine::read_law(variant);
+  if (variant.has("solid")) s.rod.sections = variant.table("solid").integer("sections", 3, 1'000'000);
+  if (variant.has("filament")) {
+    const io::Section t = variant.table("filament");
+    if (t.has("substeps")) s.substeps.count = read_substeps(t);
+    if (t.has("driven")) s.driven = read_driven(t);
+    if (t.has("offset")) s.offset = read_offset(t);
+    s.ramp_periods = t.number("ramp_periods", s.ramp_periods);
+    if (t.has("amplitude")) {
+      const double amplitude = t.number("amplitude");
+      need_positive(t, "amplitude", amplitude);
+      s.reynolds *= amplitude / s.amplitude;  // the frequency stays
+      s.amplitude = amplitude;
+    }
+  }
+  return s;
+}
+
+scene::Plan plan_stroke(const io::Section& top, const Stroke& stroke) {
+  return engine::read_plan(
+      top, {.law = stroke.law,
+            .solid = scene::SolidSpec{.shape = stroke.rod, .angle_stiffness = stroke.angle_stiffness},
+            .method = fmt::format("leap-frog, {} sub-steps, driven at one end", stroke.substeps.count),
+            .moves = true,
+            .fluid = stroke.fluid});
+}
+
+}  // namespace veriflex::drivers
