@@ -1166,6 +1166,102 @@ def trajectory(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def array_drag(result, record, key):
+    """Drag of arrays of markers against the solid fraction, one curve for each relaxation time; below, error and slip."""
+    if not drawable(record, "relaxation_time", "solid_fraction", "drag", "drag_exact", "error_drag", "slip"):
+        return None
+    drawing, (above, below) = canvas(2, height=5.0, sharex=True)
+    handles = []
+    for number, (tau, marker) in enumerate(zip(np.unique(record["relaxation_time"]), markers())):
+        rows = record["relaxation_time"] == tau
+        fraction, style = record["solid_fraction"][rows], dict(color=f"C{number}", marker=marker)
+        above.plot(fraction, record["drag_exact"][rows], "-", color=f"C{number}", linewidth=1)
+        handles += above.plot(fraction, record["drag"][rows], linestyle="none", label=f"tau = {tau:g}", **style)
+        predicted = record["error_drag"][rows] > 1e-9  # the first is zero by the fit
+        below.plot(fraction[predicted], record["error_drag"][rows][predicted], linestyle="-", **style)
+        below.plot(fraction, record["slip"][rows], linestyle=":", markerfacecolor="none", **style)
+    handles.append(Line2D([], [], color="#555555", linestyle="-", linewidth=1, label="series; below: error"))
+    handles.append(Line2D([], [], color="#555555", linestyle=":", linewidth=1, label="slip over U"))
+    above.set_ylabel(column_label(record.columns["drag"]))
+    below.set_yscale("log")
+    below.set_ylabel("relative error, slip [1]")
+    below.set_xlabel(column_label(record.columns["solid_fraction"]))
+    legend_above(above, handles)
+    caption = "Drag with the radius fitted to the most dilute array; below, error of the predicted ones and slip at the markers."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def rounds(result, record, key):
+    """Slip and errors of a plate against the rounds of forcing, and against run time, the phase `iterations/<row>`."""
+    names = {"slip": "slip", "error_force": "force, thin plate", "error_theory": "force, plate of markers"}
+    if not drawable(record, "iterations", *names):
+        return None
+    times = {row["phase"]: row["wall_seconds"] for row in result.timing}
+    seconds = np.array([times.get(f"iterations/{row}", np.nan) for row in range(len(record))])
+    drawing, panels = canvas(2, height=5.2)
+    handles = []
+    for number, ((name, label), marker) in enumerate(zip(names.items(), markers())):
+        style = dict(color=f"C{number}", marker=marker, linestyle="-", label=label)
+        handles += panels[0].plot(record["iterations"], record[name], **style)
+        panels[1].plot(1000 * seconds, record[name], **style)
+    for panel in panels:
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.set_ylabel("relative slip, error [1]")
+        panel.margins(x=0.12, y=0.15)
+    label_points(panels[0], record["iterations"])
+    panels[0].set_xlabel(column_label(record.columns["iterations"]))
+    panels[1].set_xlabel("run time of the row [ms]")
+    legend_above(panels[0], handles)
+    caption = "What more rounds of forcing buy. One run each: read the times to a factor of two."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def rod_force(result, record, key):
+    """Force of an oscillating rod over theory against the box, for each period; without (open) and with images."""
+    names = ("ratio_unbounded", "ratio", "lead_unbounded", "lead")
+    if not drawable(record, "box", "period", "amplitude", *names):
+        return None
+    small = record["amplitude"] == record["amplitude"][0]
+    drawing, (above, below) = canvas(2, height=5.0, sharex=True)
+    handles = []
+    for number, (period, marker) in enumerate(zip(np.unique(record["period"]), markers())):
+        rows = np.flatnonzero(small & (record["period"] == period))
+        box, style = record["box"][rows], dict(color=f"C{number}", marker=marker)
+        handles += above.plot(box, record["ratio"][rows], "-", label=f"period {period:g}", **style)
+        above.plot(box, record["ratio_unbounded"][rows], ":", markerfacecolor="none", **style)
+        below.plot(box, record["lead"][rows], "-", **style)
+        below.plot(box, record["lead_unbounded"][rows], ":", markerfacecolor="none", **style)
+    handles.append(Line2D([], [], color="#555555", linestyle="-", label="theory with images"))
+    handles.append(Line2D([], [], color="#555555", linestyle=":", label="unbounded fluid"))
+    above.axhline(1, **MARK)
+    below.axhline(0, **MARK)
+    above.set_ylabel("amplitude over theory [1]")
+    below.set_ylabel("phase before theory [rad]")
+    below.set_xlabel(column_label(record.columns["box"]))
+    legend_above(above, handles)
+    caption = "Force of the oscillating rod over that of Stokes' cylinder of the fitted radius."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def beam_line(result, record, key):
+    """Deflection of the rod in a stream and of beams under its load; below, the load."""
+    if not drawable(record, "place", "deflection", "beam", "beam_without_shear", "force"):
+        return None
+    drawing, (above, below) = canvas(2, height=4.6, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
+    place = record["place"]
+    handles = above.plot(place, record["beam"], "-", color="C0", label="Timoshenko's beam")
+    handles += above.plot(place, record["beam_without_shear"], ":", color="#555555", label="without shear")
+    handles += above.plot(place, record["deflection"], "o", color="C1", markersize=3.5, label="rod in the stream")
+    below.plot(place[1:], record["force"][1:], "o-", color="C1", markersize=3.5)
+    above.set_ylabel("deflection [L]")
+    below.set_ylabel(quantity("force", "", record.columns["force"].dimension))
+    below.set_xlabel(column_label(record.columns["place"]))
+    legend_above(above, handles)
+    caption = "Deflection of the clamped rod, and of a beam under the forces on its sections (below)."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
 BOND_TABLE = "Force of one bond. Grey: there the peer does not compute the stated potential."
 ANGLE_TABLE = "Force of one angle. Grey: there the peer does not compute the stated potential."
 ENERGY = "Change of the total energy of a free motion: leap-frog keeps it within bounds."
@@ -1212,6 +1308,10 @@ KINDS = {
     "stroke_compared": (),
     "strain_histogram": (strain_histogram,),
     "modulus_deviation": (modulus_deviation,),
+    "array": (array_drag,),
+    "iterations": (rounds,),
+    "rod": (rod_force,),
+    "deflection": (beam_line,),
     "validity": (),
 }
 

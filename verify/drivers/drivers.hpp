@@ -73,6 +73,11 @@ engine::Study read_filament_companions(const io::Section& top);
 
 /// The driven filament at small amplitude against linear theory.
 engine::Study read_filament_linear(const io::Section& top);
+/// Bodies of markers in prescribed motion against known drag and exact oscillating flows.
+engine::Study read_immersed(const io::Section& top);
+
+/// A clamped rod in a stream against a beam under the forces that were exchanged.
+engine::Study read_crossflow(const io::Section& top);
 
 /// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
 engine::Study read_delta_moments(const io::Section& top);
@@ -100,8 +105,10 @@ inline const std::vector<engine::Driver>& all() {
       {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
       {"filament", "driven filament in the fluid, one bond law against another", &read_filament},
       {"filament-companions", "the driven filament with each open choice varied", &read_filament_companions},
-//      {"filament-linear", "the driven filament at small amplitude against linear theory",
-//       &read_filament_linear},
+      {"filament-linear", "the driven filament at small amplitude against linear theory",
+       &read_filament_linear},
+      {"immersed", "bodies of markers in prescribed motion, against known drag", &read_immersed},
+      {"crossflow", "clamped rod in a stream, against a beam under the same forces", &read_crossflow},
       {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };
   return drivers;

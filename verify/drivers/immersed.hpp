@@ -1,0 +1,31 @@
+/// What the flows of the driver `immersed` share; each flow stands in a file of its own.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "engine/study.hpp"
+#include "io/document.hpp"
+#include "observe/watch.hpp"
+#include "scene/prescribed_body.hpp"
+
+namespace veriflex::drivers::immersed {
+
+/// [fluid] of a flow that lays its own periodic box and force.
+fluid::Spec read_fluid(const io::Section& top, bool varies_relaxation_time);
+
+/// [coupling] of markers whose motion is given.
+scene::Forcing read_forcing(const io::Section& top);
+
+/// More than 0.
+double read_positive(const io::Section& t, const std::string& key, double otherwise);
+
+/// Rising, between the bounds.
+std::vector<std::int64_t> read_rising(const io::Section& t, const std::string& key, std::int64_t least,
+                                      std::int64_t most);
+
+engine::Study read_array(const io::Section& top);
+engine::Study read_plate(const io::Section& top);
+engine::Study read_rod(const io::Section& top);
+
+}  // namespace veriflex::drivers::immersed
