@@ -68,6 +68,9 @@ engine::Study read_galilean(const io::Section& top);
 /// 5-8]
 engine::Study read_filament(const io::Section& top);
 
+/// Node mass at which the exchange of a rod with the fluid becomes unstable: linearised map against runs.
+engine::Study read_coupling_stability(const io::Section& top);
+
 /// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
 engine::Study read_delta_moments(const io::Section& top);
 
@@ -93,6 +96,8 @@ inline const std::vector<engine::Driver>& all() {
       {"channel", "flows between walls and through arrays of obstacles", &read_channel},
       {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
       {"filament", "driven filament in the fluid, one bond law against another", &read_filament},
+      {"coupling-stability", "least stable node mass of a coupled rod: linearised exchange against runs",
+       &read_coupling_stability},
       {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };
   return drivers;
