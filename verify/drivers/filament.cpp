@@ -6,7 +6,9 @@
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/filament_run.hpp"
+#include "engine/check_coupling.hpp"
 #include "engine/read_scene.hpp"
+#include "observe/interrupted.hpp"
 
 // The paper's one result: the driven filament with the one bond law against the other. Both run in the same
 // fluid, and what is asked is how far their centre lines are apart.
@@ -22,6 +24,7 @@ struct FilamentStudy {
   Stroke stroke;                        // with the law of [bond]
   bond::AnyLaw other;                   // of [compared_bond]
   std::vector<double> modulus_factors;  // of the compared law's body: what a wrong modulus would look like
+  Place node_mass;                      // in the case, where an unstable coupling is reported
 };
 
 struct Deviation {
@@ -127,9 +130,16 @@ Record history_of(const StrokeResult& seen, const std::string& name, const std::
                  {"least_strain", "", "1", "smallest bond strain", {}},
                  {"greatest_strain", "", "1", "largest bond strain", {}}}};
   for (const Moment& m : seen.history) {
+    if (!std::isfinite(m.force) || !std::isfinite(m.slip)) break;  // of a stroke that broke off
     record.append({m.time, m.drive, m.force, m.centre_y, m.slip, m.least_strain, m.greatest_strain});
   }
   return record;
+}
+
+observe::Metric metric_of(double growth) {
+  return {
+      "coupling_growth", growth, "1",
+      "largest factor a step of the linearised exchange, without the fluid's own motion; up to 1 is stable"};
 }
 
 Record histogram_of(const StrokeResult& a, const StrokeResult& b) {
@@ -164,14 +174,69 @@ Record deviations_of(const StrokeResult& a, const StrokeResult& b, double z0) {
   return record;
 }
 
+/// The largest growth of the exchange of any of these bodies with the fluid.
+double check(const FilamentStudy& study, const std::vector<Stroke>& strokes, Progress& progress) {
+  double growth = 0.0;
+  for (const Stroke& stroke : strokes) {
+    growth = std::max(growth, engine::check_coupling(stroke.fluid, body_of(stroke), coupling_of(stroke),
+                                                     fmt::format("the {} body", bond::name_of(stroke.law)),
+                                                     study.node_mass, progress));
+  }
+  return growth;
+}
+
+/// What is left of a stroke that broke off.
+Observations until(const StrokeResult& seen, const std::string& law) {
+  Record nodes{"last_good_nodes",
+               "Where the nodes were at the last good look, " + law,
+               {{"node", "", "1", "number of the node", {}},
+                {"x", "x", "L", "in the box, not wrapped", {}},
+                {"y", "y", "L", "along the filament at rest", {}},
+                {"z", "z", "L", "along the drive", {}}}};
+  const LastGood& good = seen.last_good;
+  for (Eigen::Index i = 0; i < good.nodes.rows(); ++i) {
+    nodes.append({static_cast<double>(i), good.nodes(i, 0), good.nodes(i, 1), good.nodes(i, 2)});
+  }
+  Observations left{.records = {history_of(seen, "stroke", law), nodes},
+                    .metrics = observe::last_good(good.step, good.fluid)};
+  left.metrics.push_back({"least_strain", seen.least_strain, "1", "of any bond until the end"});
+  left.metrics.push_back({"greatest_strain", seen.greatest_strain, "1", "of any bond until the end"});
+  return left;
+}
+
+/// run_stroke() under the name of its law; what it saw until it broke off goes on to the result.
+StrokeResult run_named(const Stroke& stroke, const std::string& name, double growth, Progress& progress) {
+  try {
+    return run_stroke(stroke, name, progress);
+  } catch (const StrokeFailure& failure) {
+    Observations seen = until(failure.seen, name);
+    seen.metrics.push_back(metric_of(growth));
+    throw observe::Interrupted(NumericalFailure(fmt::format("{}: {}", name, failure.what())),
+                               std::move(seen));
+  }
+}
+
+std::vector<engine::Phase> parts_of(const scene::Simulation::Seconds& s) {
+  return {{"fluid", s.fluid.wall, s.fluid.cpu},
+          {"coupling", s.coupling.wall, s.coupling.cpu},
+          {"solid", s.solid.wall, s.solid.cpu}};
+}
+
 Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& cost) {
   const double z0 = study.stroke.amplitude;
   Stroke other = study.stroke;
   other.law = study.other;
-  const StrokeResult a = run_stroke(study.stroke, bond::name_of(study.stroke.law), progress);
-  cost.finish(bond::name_of(study.stroke.law));
-  const StrokeResult b = run_stroke(other, bond::name_of(study.other), progress);
-  cost.finish(bond::name_of(study.other) + " compared");
+  std::vector<Stroke> strokes{study.stroke, other};
+  for (const double factor : study.modulus_factors) {
+    strokes.push_back(other);
+    strokes.back().law = stiffer(study.other, factor);
+  }
+  const double growth = check(study, strokes, progress);
+  cost.finish("stability of the coupling");
+  const StrokeResult a = run_named(study.stroke, bond::name_of(study.stroke.law), growth, progress);
+  cost.finish(bond::name_of(study.stroke.law), parts_of(a.seconds));
+  const StrokeResult b = run_named(other, bond::name_of(study.other), growth, progress);
+  cost.finish(bond::name_of(study.other) + " compared", parts_of(b.seconds));
 
   Observations seen;
   seen.records = {centre_lines(a, b), deviations_of(a, b, z0),
@@ -203,6 +268,7 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
       {"period", study.stroke.period(), "T", "2 pi/omega, from the Reynolds number"},
       {"touched_nodes", static_cast<double>(a.touched_nodes), "1",
        "distinct lattice nodes under the supports"},
+      metric_of(growth),
   };
 
   if (study.stroke.short_bond > 0.0) {
@@ -216,13 +282,12 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
                    {"z_max", "", "1", "max |dz|/z0 from the same law with its own modulus", {}},
                    {"z_rms", "", "1", "rms of dz/z0", {}},
                    {"swimming_max", "", "1", "max |d|/z0, displacement along y taken out", {}}}};
-    for (const double factor : study.modulus_factors) {
-      Stroke changed = other;
-      changed.law = stiffer(study.other, factor);
-      const StrokeResult c = run_stroke(changed, fmt::format("E x {}", factor), progress);
+    for (std::size_t i = 0; i < study.modulus_factors.size(); ++i) {
+      const double factor = study.modulus_factors[i];
+      const StrokeResult c = run_named(strokes[2 + i], fmt::format("E x {}", factor), growth, progress);
       const Deviation e = worst(c, b, z0);
       record.append({factor, e.z_max, e.z_rms, e.moved_max});
-      cost.finish(fmt::format("modulus x {}", factor));
+      cost.finish(fmt::format("modulus x {}", factor), parts_of(c.seconds));
     }
     seen.records.push_back(record);
   }
@@ -261,7 +326,8 @@ engine::Study read_filament(const io::Section& top) {
                                  .periods = static_cast<int>(t.integer("periods", 1, 1000)),
                                  .watch = engine::read_watch(top)},
                       .other = engine::read_law(top, "compared_bond"),
-                      .modulus_factors = {}};
+                      .modulus_factors = {},
+                      .node_mass = t.place("node_mass")};
   if (t.has("driven") && t.choice("driven", {"node", "section"}) == "section")
     study.stroke.driven = Driven::Section;
   if (t.has("offset")) {
@@ -307,6 +373,7 @@ engine::Study read_filament(const io::Section& top) {
                        "greatest_mach",
                        "period",
                        "touched_nodes",
+                       "coupling_growth",
                        "share_short",
                        "centre_lines.z",
                        "centre_lines.y_compared",

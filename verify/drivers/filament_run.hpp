@@ -5,6 +5,7 @@
 #include <array>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/progress.hpp"
 #include "engine/cost.hpp"
 #include "observe/watch.hpp"
@@ -53,6 +54,13 @@ struct Moment {
   double greatest_strain;
 };
 
+/// Body and fluid at the last look that found both sound.
+struct LastGood {
+  std::int64_t step = 0;
+  Positions nodes;  // where they are in the box, not wrapped  [L]
+  fluid::Extremes fluid;
+};
+
 struct StrokeResult {
   std::vector<CentreLine> lines;  // phases_per_period for each period, at k T/8, k = 1 ...
   std::vector<Vec3> centre;       // centre of mass at the same times
@@ -67,15 +75,28 @@ struct StrokeResult {
   std::size_t touched_nodes = 0;
   scene::Simulation::Seconds seconds;
   std::int64_t steps = 0;
+  LastGood last_good;
+};
+
+/// A stroke that left its validity, and what was seen of it until then: `work`, `histogram` and `share_short`
+/// are not yet divided.
+struct StrokeFailure : NumericalFailure {
+  StrokeFailure(const NumericalFailure& why, StrokeResult until_then)
+      : NumericalFailure(why), seen(std::move(until_then)) {}
+  StrokeResult seen;
 };
 
 constexpr int strain_bins = 80;
 constexpr double strain_bin_lo = -0.4, strain_bin_hi = 0.6;
 
+/// The body of a stroke, and how it is coupled at its place in the box.
+scene::Body body_of(const Stroke& stroke);
+scene::CouplingSpec coupling_of(const Stroke& stroke);
+
 /// The scene of a stroke before its first step. Throws BadParameter and NumericalFailure.
 scene::Simulation simulation_of(const Stroke& stroke);
 
-/// Throws NumericalFailure when the run leaves its validity.
+/// Throws StrokeFailure when the run leaves its validity.
 StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress);
 
 }  // namespace veriflex::drivers
