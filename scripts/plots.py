@@ -744,6 +744,45 @@ def boundary(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def coupling_boundary(result, record, key):
+    """Least stable node mass point by point: runs, and the linearised exchange with and without the fluid's memory."""
+    columns = ("point", "predicted", "forgetful", "measured", "ratio")
+    if not drawable(record, *columns):
+        return None
+    drawing, (axes, ratio) = canvas(2, height=5.0, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
+    x = np.arange(len(record))
+    handles = axes.plot(x, record["measured"], "o", color="C0", label="runs")
+    handles += axes.plot(x, record["predicted"], "_", color="C1", markersize=14, label="map, the fluid keeps all")
+    handles += axes.plot(x, record["forgetful"], "_", color="C2", markersize=14, label="map, the fluid forgets")
+    axes.set_ylabel("least stable node mass m [M]")
+    axes.set_ylim(bottom=0)
+    legend_above(axes, handles)
+    ratio.axhline(1.0, **MARK)
+    ratio.plot(x, record["ratio"], "o", color="C0")
+    ratio.set_ylabel("runs / map [1]")
+    ratio.set_xlabel("way of coupling (number of the point)")
+    ratio.set_xticks(x)
+    caption = (
+        "Least node mass at which the exchange of a rod with the fluid is stable: below it small motions grow. "
+        "The map is one step, linearised, without the fluid's own motion."
+    )
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def last_good_nodes(result, record, key):
+    """The body as it stood when it was last seen sound, from the side."""
+    if not drawable(record, "y", "z"):
+        return None
+    drawing, (axes,) = canvas()
+    axes.plot(record["y"], record["z"], ".", color="C0", markersize=3)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(column_label(record.columns["y"]))
+    axes.set_ylabel(column_label(record.columns["z"]))
+    step = known(result, "last_good_step")
+    caption = f"The body at the last good look, step {step:.0f}." if step is not None else "The body at the last good look."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
 def elastica(result, record, key):
     """Tip of the bent beam, one marker per length, on the curve of the elastica; deflection above, reach below."""
     exact = result.records.get("elastica_exact")
@@ -1306,6 +1345,8 @@ KINDS = {
     "law_deviation": (law_deviation,),
     "stroke": (stroke,),
     "stroke_compared": (),
+    "last_good_nodes": (last_good_nodes,),
+    "coupling_boundary": (coupling_boundary,),
     "strain_histogram": (strain_histogram,),
     "modulus_deviation": (modulus_deviation,),
     "array": (array_drag,),

@@ -105,6 +105,7 @@ class Result:
     findings: int
     error_kind: str
     error_message: str
+    warnings: list[str]
     case_text: str
     case_path: str
     overrides: list[str]
@@ -200,6 +201,7 @@ def read(file, path):
         findings=int(top["findings"]),
         error_kind=top.get("error_kind", ""),
         error_message=top.get("error_message", ""),
+        warnings=list(top.get("warnings", [])),
         case_text=plain(file["case"][()]) if "case" in file else "",
         case_path=case.get("path", ""),
         overrides=list(case.get("overrides", [])),

@@ -41,4 +41,9 @@ void Progress::show(const std::string& phase, std::size_t done, std::size_t tota
   std::fflush(stderr);
 }
 
+void Progress::warn(const std::string& warning) {
+  fmt::print(stderr, "{}veriflex: {}: warning: {}\n", shown_ ? "\r\033[K" : "", label_, warning);
+  warnings_.push_back(warning);
+}
+
 }  // namespace veriflex

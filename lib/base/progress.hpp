@@ -1,8 +1,9 @@
-/// A line on the terminal while long work goes on.
+/// A line on the terminal while long work goes on, and what a run warns of.
 #pragma once
 
 #include <chrono>
 #include <string>
+#include <vector>
 
 namespace veriflex {
 
@@ -17,12 +18,18 @@ class Progress {
 
   void show(const std::string& phase, std::size_t done, std::size_t total);
 
+  /// Something that does not stop the run but must not be overlooked: written to standard error at once, and
+  /// kept for the result.
+  void warn(const std::string& warning);
+  const std::vector<std::string>& warnings() const { return warnings_; }
+
  private:
   using Clock = std::chrono::steady_clock;
   std::string label_;
   std::string phase_;
   bool terminal_;
   bool shown_ = false;
+  std::vector<std::string> warnings_;
   Clock::time_point phase_start_;
   Clock::time_point seen_;  // last call
   Clock::time_point last_;  // last line written

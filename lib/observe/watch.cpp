@@ -18,7 +18,7 @@ std::string place(const fluid::Fluid& fluid, std::int64_t node) {
 
 }  // namespace
 
-void check(const fluid::Fluid& fluid, const Watch& watch) {
+fluid::Extremes check(const fluid::Fluid& fluid, const Watch& watch) {
   const fluid::Extremes worst = fluid.extremes();
   if (!std::isfinite(worst.greatest_speed)) {
     throw NumericalFailure(fmt::format("{}: the velocity is {}, not a finite number",
@@ -34,10 +34,18 @@ void check(const fluid::Fluid& fluid, const Watch& watch) {
         fmt::format("{}: the Mach number is {:.6g}, the limit is {:.6g} (watch.mach_limit)",
                     place(fluid, worst.greatest_speed_node), mach, watch.mach_limit));
   }
+  return worst;
 }
 
 void check_when_due(const fluid::Fluid& fluid, const Watch& watch) {
   if (fluid.steps() % watch.every == 0) check(fluid, watch);
+}
+
+std::vector<Metric> last_good(std::int64_t step, const fluid::Extremes& seen) {
+  return {{"last_good_step", static_cast<double>(step), "1", "of the last look that found all sound"},
+          {"last_good_mach", seen.greatest_speed / std::sqrt(fluid::sound_speed_squared), "1",
+           "greatest speed of the fluid there, over that of sound"},
+          {"last_good_least_density", seen.least_density, "M L^-3", "of the fluid there"}};
 }
 
 }  // namespace veriflex::observe

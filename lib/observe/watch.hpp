@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "fluid/fluid.hpp"
+#include "observe/record.hpp"
 
 namespace veriflex::observe {
 
@@ -15,11 +16,15 @@ struct Watch {
   double mach_limit = 0.3;
 };
 
-/// Throws NumericalFailure, which names step, node, quantity, value and bound, when any node is not a number,
-/// has no positive density, or is faster than the limit. Costs about as much as a step or two.
-void check(const fluid::Fluid& fluid, const Watch& watch);
+/// What a look saw, when all is well. Throws NumericalFailure, which names step, node, quantity, value and
+/// bound, when any node is not a number, has no positive density, or is faster than the limit. Costs about as
+/// much as a step or two.
+fluid::Extremes check(const fluid::Fluid& fluid, const Watch& watch);
 
 /// check() at every watch.every-th step of the fluid.
 void check_when_due(const fluid::Fluid& fluid, const Watch& watch);
+
+/// What a result says of the last look that found all well.
+std::vector<Metric> last_good(std::int64_t step, const fluid::Extremes& seen);
 
 }  // namespace veriflex::observe

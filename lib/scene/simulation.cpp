@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <ctime>
 
 #include "base/error.hpp"
 
@@ -13,20 +14,20 @@ namespace {
 
 class Stopwatch {
  public:
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double seconds = std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-    return seconds;
+  /// Adds the time since the last lap.
+  void lap(Simulation::Spent& to) {
+    const auto wall = std::chrono::steady_clock::now();
+    const std::clock_t cpu = std::clock();
+    to.wall += std::chrono::duration<double>(wall - wall_).count();
+    to.cpu += static_cast<double>(cpu - cpu_) / CLOCKS_PER_SEC;
+    wall_ = wall;
+    cpu_ = cpu;
   }
 
  private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
+  std::clock_t cpu_ = std::clock();
 };
-
-std::array<bool, 3> closed(const fluid::Spec& spec) {
-  return {spec.walls[0].has_value(), spec.walls[1].has_value(), spec.walls[2].has_value()};
-}
 
 std::vector<std::int32_t> listed_nodes(const solid::Network& network, std::vector<std::int32_t> nodes) {
   std::sort(nodes.begin(), nodes.end());
@@ -46,6 +47,10 @@ std::vector<std::int32_t> listed_nodes(const solid::Network& network, std::vecto
 }
 
 }  // namespace
+
+std::array<bool, 3> closed(const fluid::Spec& spec) {
+  return {spec.walls[0].has_value(), spec.walls[1].has_value(), spec.walls[2].has_value()};
+}
 
 Positions turned(const Positions& body, int axis) {
   Positions box(body.rows(), 3);
@@ -114,16 +119,16 @@ void Simulation::advance() {
     missing -= left;
     wanted_ += missing;
   }
-  seconds_.coupling += watch.lap();
+  watch.lap(seconds_.coupling);
 
   motion_.step({coupled_, wanted_, coupling_.marker_volume, coupling_.live}, exchanged_);
-  seconds_.solid += watch.lap();
+  watch.lap(seconds_.solid);
 
   transfer_.spread(-exchanged_, spread_);
-  seconds_.coupling += watch.lap();
+  watch.lap(seconds_.coupling);
 
   fluid_->collide_and_stream({transfer_.nodes(), &spread_});
-  seconds_.fluid += watch.lap();
+  watch.lap(seconds_.fluid);
 }
 
 Positions Simulation::positions() const {

@@ -19,7 +19,11 @@ namespace veriflex::scene {
 /// Rows of the body's coordinates turned such that its z axis points along `axis`; a rotation, no reflection.
 Positions turned(const Positions& body, int axis);
 
-/// In ascending order. Throws BadParameter when a listed node is not in the network or listed twice.
+/// Axes with walls.
+std::array<bool, 3> closed(const fluid::Spec& spec);
+
+/// The nodes that exchange momentum, in ascending order. Throws BadParameter when a listed node is not in the
+/// network or listed twice.
 std::vector<std::int32_t> coupled_nodes(const solid::Network& network, const CouplingSpec& coupling);
 
 struct Body {
@@ -57,8 +61,12 @@ class Simulation {
   /// T^-1].
   Vec3 momentum() const;
 
+  struct Spent {
+    double wall = 0.0;
+    double cpu = 0.0;  // of all threads
+  };
   struct Seconds {
-    double fluid = 0.0, coupling = 0.0, solid = 0.0;
+    Spent fluid, coupling, solid;
   };
   const Seconds& seconds() const { return seconds_; }
 

@@ -42,9 +42,9 @@ nlohmann::json measure(std::array<std::int64_t, 3> box, fluid::Storage storage, 
     simulation.advance();
     simulation.advance();
     const auto after = simulation.seconds();
-    const double fluid = 500.0 * (after.fluid - before.fluid);
-    const double coupling = 500.0 * (after.coupling - before.coupling);
-    const double solid = 500.0 * (after.solid - before.solid);
+    const double fluid = 500.0 * (after.fluid.wall - before.fluid.wall);
+    const double coupling = 500.0 * (after.coupling.wall - before.coupling.wall);
+    const double solid = 500.0 * (after.solid.wall - before.solid.wall);
     steps.push_back({fluid, coupling, solid, fluid + coupling + solid});
   }
   const auto median = [&](auto part) {

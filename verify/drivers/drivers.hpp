@@ -73,11 +73,15 @@ engine::Study read_filament_companions(const io::Section& top);
 
 /// The driven filament at small amplitude against linear theory.
 engine::Study read_filament_linear(const io::Section& top);
+
 /// Bodies of markers in prescribed motion against known drag and exact oscillating flows.
 engine::Study read_immersed(const io::Section& top);
 
 /// A clamped rod in a stream against a beam under the forces that were exchanged.
 engine::Study read_crossflow(const io::Section& top);
+
+/// Node mass at which the exchange of a rod with the fluid becomes unstable: linearised map against runs.
+engine::Study read_coupling_stability(const io::Section& top);
 
 /// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
 engine::Study read_delta_moments(const io::Section& top);
@@ -109,6 +113,8 @@ inline const std::vector<engine::Driver>& all() {
        &read_filament_linear},
       {"immersed", "bodies of markers in prescribed motion, against known drag", &read_immersed},
       {"crossflow", "clamped rod in a stream, against a beam under the same forces", &read_crossflow},
+      {"coupling-stability", "least stable node mass of a coupled rod: linearised exchange against runs",
+       &read_coupling_stability},
       {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };
   return drivers;

@@ -7,6 +7,7 @@
 #include "drivers/drivers.hpp"
 #include "drivers/filament_case.hpp"
 #include "drivers/filament_compare.hpp"
+#include "drivers/filament_guard.hpp"
 #include "engine/read_scene.hpp"
 
 // The paper's one result: the driven filament with the one bond law against the other. Both run in the same
@@ -53,22 +54,6 @@ Record centre_lines(const StrokeResult& a, const StrokeResult& b, double spacing
                      rest + line(s, 1), line(s, 2), rest + line(s, 1) - a.centre[first + k][1],
                      rest + other(s, 1), other(s, 2), rest + other(s, 1) - b.centre[first + k][1]});
     }
-  }
-  return record;
-}
-
-Record history_of(const StrokeResult& seen, const std::string& name, const std::string& law) {
-  Record record{name,
-                "The stroke in time, " + law,
-                {{"time", "t/T", "1", "in periods", {}},
-                 {"drive", "z", "L", "displacement of the driven node", {}},
-                 {"force", "F", "M L T^-2", "that the drive exerts along z", {}},
-                 {"centre_y", "Y", "L", "displacement of the centre of mass along the filament", {}},
-                 {"slip", "", "L T^-1", "u_f - u_s, root mean square over the coupled nodes", {}},
-                 {"least_strain", "", "1", "smallest bond strain", {}},
-                 {"greatest_strain", "", "1", "largest bond strain", {}}}};
-  for (const Moment& m : seen.history) {
-    record.append({m.time, m.drive, m.force, m.centre_y, m.slip, m.least_strain, m.greatest_strain});
   }
   return record;
 }
@@ -144,10 +129,17 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
   Stroke other = study.stroke;
   other.law = study.other;
   other.film = 0;
-  const StrokeResult a = run_stroke(study.stroke, bond::name_of(study.stroke.law), progress);
-  cost.finish(bond::name_of(study.stroke.law));
-  const StrokeResult b = run_stroke(other, bond::name_of(study.other), progress);
-  cost.finish(bond::name_of(study.other) + " compared");
+  std::vector<Stroke> strokes{study.stroke, other};
+  for (const double factor : study.modulus_factors) {
+    strokes.push_back(other);
+    strokes.back().law = stiffer(study.other, factor);
+  }
+  const double growth = check_strokes(strokes, progress);
+  cost.finish("stability of the coupling");
+  const StrokeResult a = run_guarded(study.stroke, bond::name_of(study.stroke.law), growth, progress);
+  cost.finish(bond::name_of(study.stroke.law), parts_of(a.seconds));
+  const StrokeResult b = run_guarded(other, bond::name_of(study.other), growth, progress);
+  cost.finish(bond::name_of(study.other) + " compared", parts_of(b.seconds));
 
   Observations seen;
   seen.records = {centre_lines(a, b, study.stroke.rod.spacing), deviations_of(a, b, z0),
@@ -179,6 +171,9 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
       {"period", study.stroke.period(), "T", "2 pi/omega, from the Reynolds number"},
       {"touched_nodes", static_cast<double>(a.touched_nodes), "1",
        "distinct lattice nodes under the supports"},
+      metric_of(growth),
+      {"dt_over_limit", std::max(step_over_limit(study.stroke), step_over_limit(other)), "1",
+       "sub-step over the linear limit 2/omega_max at rest"},
   };
 
   if (!a.film.empty()) seen.records.push_back(film_of(a));
@@ -193,13 +188,12 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
                    {"z_max", "", "1", "max |dz|/z0 from the same law with its own modulus", {}},
                    {"z_rms", "", "1", "rms of dz/z0", {}},
                    {"swimming_max", "", "1", "max |d|/z0, displacement along y taken out", {}}}};
-    for (const double factor : study.modulus_factors) {
-      Stroke changed = other;
-      changed.law = stiffer(study.other, factor);
-      const StrokeResult c = run_stroke(changed, fmt::format("E x {}", factor), progress);
+    for (std::size_t i = 0; i < study.modulus_factors.size(); ++i) {
+      const double factor = study.modulus_factors[i];
+      const StrokeResult c = run_guarded(strokes[2 + i], fmt::format("E x {}", factor), growth, progress);
       const Deviation e = worst(c, b, z0);
       record.append({factor, e.z_max, e.z_rms, e.moved_max});
-      cost.finish(fmt::format("modulus x {}", factor));
+      cost.finish(fmt::format("modulus x {}", factor), parts_of(c.seconds));
     }
     seen.records.push_back(record);
     seen.metrics.push_back(
@@ -241,6 +235,8 @@ engine::Study read_filament(const io::Section& top) {
                                     "greatest_mach",
                                     "period",
                                     "touched_nodes",
+                                    "coupling_growth",
+                                    "dt_over_limit",
                                     "share_short",
                                     "centre_lines.z",
                                     "centre_lines.y_compared",

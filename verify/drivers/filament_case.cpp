@@ -52,7 +52,8 @@ Stroke read_stroke(const io::Section& top) {
                 .driven = t.has("driven") ? read_driven(t) : Driven::Node,
                 .ramp_periods = t.number("ramp_periods", 0.0),
                 .periods = static_cast<int>(t.integer("periods", 1, 1000)),
-                .watch = engine::read_watch(top)};
+                .watch = engine::read_watch(top),
+                .node_mass_place = t.place("node_mass")};
   for (const bond::NamedValue& p : bond::parameters_of(law)) {
     if (p.name == "diameter") stroke.short_bond = 1.2 * p.value;
   }

@@ -9,6 +9,7 @@
 #include "drivers/drivers.hpp"
 #include "drivers/filament_case.hpp"
 #include "drivers/filament_compare.hpp"
+#include "drivers/filament_guard.hpp"
 #include "engine/analytic/immersed.hpp"
 #include "engine/read_scene.hpp"
 
@@ -125,10 +126,12 @@ Observations run(const LinearStudy& study, Progress& progress, engine::Cost& cos
   const Stroke& stroke = study.stroke;
   Stroke other = stroke;
   other.law = study.compared;
-  const StrokeResult a = run_stroke(stroke, bond::name_of(stroke.law), progress);
-  cost.finish(bond::name_of(stroke.law));
-  const StrokeResult b = run_stroke(other, bond::name_of(study.compared), progress);
-  cost.finish(bond::name_of(study.compared) + " compared");
+  const double growth = check_strokes({stroke, other}, progress);
+  cost.finish("stability of the coupling");
+  const StrokeResult a = run_guarded(stroke, bond::name_of(stroke.law), growth, progress);
+  cost.finish(bond::name_of(stroke.law), parts_of(a.seconds));
+  const StrokeResult b = run_guarded(other, bond::name_of(study.compared), growth, progress);
+  cost.finish(bond::name_of(study.compared) + " compared", parts_of(b.seconds));
 
   const scene::SolidSpec spec{.shape = stroke.rod, .angle_stiffness = stroke.angle_stiffness};
   const BeamSection section = section_of({stroke.law, stroke.angle_stiffness}, spec, stroke.rod.spacing);
@@ -189,7 +192,10 @@ Observations run(const LinearStudy& study, Progress& progress, engine::Cost& cos
       {"mass", solid_mass + std::numbers::pi * study.hydrodynamic_radius * study.hydrodynamic_radius,
        "M L^-1", "per length: the nodes' and that of the fluid inside the hydrodynamic radius"},
       {"period_change", change_over_last_period(a, stroke.amplitude), "1",
-       "max |d|/z0 from the period before, law of [bond]"}};
+       "max |d|/z0 from the period before, law of [bond]"},
+      {"dt_over_limit", std::max(step_over_limit(stroke), step_over_limit(other)), "1",
+       "sub-step over the linear limit 2/omega_max at rest"},
+      metric_of(growth)};
   return seen;
 }
 
@@ -205,8 +211,8 @@ engine::Study read_filament_linear(const io::Section& top) {
   return {.plan = plan_stroke(top, study.stroke),
           .measures = {"linear_error", "linear_error_compared", "resistive_error", "law_distance",
                        "fitted_radius", "fitted_error", "tip_amplitude", "tip_amplitude_linear",
-                       "bending_stiffness", "shear_stiffness", "mass", "period_change",
-                       "first_harmonic.amplitude", "first_harmonic.phase"},
+                       "bending_stiffness", "shear_stiffness", "mass", "period_change", "dt_over_limit",
+                       "coupling_growth", "first_harmonic.amplitude", "first_harmonic.phase"},
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 

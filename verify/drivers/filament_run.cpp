@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "solid/modes.hpp"
+
 namespace veriflex::drivers {
 
 namespace {
@@ -96,7 +98,7 @@ Frame frame_of(const fluid::Fluid& fluid, const Stroke& stroke, double phase) {
 
 }  // namespace
 
-scene::Simulation simulation_of(const Stroke& stroke) {
+scene::Body body_of(const Stroke& stroke) {
   solid::Network network = solid::rod_lattice(stroke.rod);
   if (stroke.angle_stiffness != 0.0) solid::add_angles(network);
   solid::Conditions conditions;
@@ -105,11 +107,26 @@ scene::Simulation simulation_of(const Stroke& stroke) {
                                   stroke.ramp_periods * stroke.period()};
   network.rest = scene::turned(network.rest, 1);
   network.vectors = scene::turned(network.vectors, 1);
+  return {{stroke.law, stroke.angle_stiffness}, std::move(network), conditions, stroke.substeps};
+}
+
+scene::CouplingSpec coupling_of(const Stroke& stroke) {
   scene::CouplingSpec coupling = stroke.coupling;
   coupling.origin = middle_of(stroke);
-  return {stroke.fluid,
-          {{stroke.law, stroke.angle_stiffness}, std::move(network), conditions, stroke.substeps},
-          coupling};
+  return coupling;
+}
+
+double step_over_limit(const Stroke& stroke) {
+  const scene::Body body = body_of(stroke);
+  solid::Held held = solid::Held::Constant(body.network.node_count(), 3, false);
+  for (const std::int32_t node : body.conditions.drive->nodes) held(node, body.conditions.drive->axis) = true;
+  const double omega = solid::largest_frequency(
+      body.material, body.network, Positions::Zero(body.network.node_count(), 3), held, stroke.node_mass);
+  return 0.5 * omega / stroke.substeps.count;
+}
+
+scene::Simulation simulation_of(const Stroke& stroke) {
+  return {stroke.fluid, body_of(stroke), coupling_of(stroke)};
 }
 
 double Stroke::omega() const {
@@ -118,22 +135,27 @@ double Stroke::omega() const {
 
 double Stroke::period() const { return 2.0 * std::numbers::pi / omega(); }
 
-StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress) {
-  scene::Simulation simulation = simulation_of(stroke);
-  const auto [axis, driven] = places_of(stroke, solid::rod_lattice(stroke.rod).rest);
+namespace {
 
-  StrokeResult seen;
-  seen.histogram.assign(strain_bins, 0.0);
+/// The steps of run_stroke(): what is seen of them is added to `seen` as they are made.
+void march(scene::Simulation& simulation, const Stroke& stroke, const std::string& name, Progress& progress,
+           StrokeResult& seen) {
+  const auto [axis, driven] = places_of(stroke, solid::rod_lattice(stroke.rod).rest);
   const double period = stroke.period();
-  const auto steps = static_cast<std::int64_t>(std::ceil(stroke.periods * period));
+  const auto look = [&] {
+    seen.last_good = {simulation.fluid().steps(), simulation.positions(),
+                      observe::check(simulation.fluid(), stroke.watch)};
+    seen.greatest_mach = std::max(
+        seen.greatest_mach, seen.last_good.fluid.greatest_speed / std::sqrt(fluid::sound_speed_squared));
+  };
+  look();
   const auto every = std::max<std::int64_t>(1, std::llround(period / 64.0));
-  seen.work.assign(static_cast<std::size_t>(stroke.periods), 0.0);
   int next_phase = 1;
   Positions before = simulation.solid().displacement();
   double momentum_before = simulation.solid().momentum()[2];
-  for (std::int64_t step = 1; step <= steps; ++step) {
+  for (std::int64_t step = 1; step <= seen.steps; ++step) {
     simulation.advance();
-    observe::check_when_due(simulation.fluid(), stroke.watch);
+    if (step % stroke.watch.every == 0 || step == seen.steps) look();
     const auto time = static_cast<double>(step);
     const Positions& now = simulation.solid().displacement();
 
@@ -160,7 +182,7 @@ StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress&
       ++next_phase;
     }
     before = now;
-    if (step % every == 0 || step == steps) {
+    if (step % every == 0 || step == seen.steps) {
       Moment moment{};
       moment.time = time / period;
       moment.drive = now(driven.front(), 2);
@@ -170,12 +192,23 @@ StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress&
           std::sqrt(simulation.slip().squaredNorm() / static_cast<double>(simulation.slip().rows()));
       watch_strains(simulation, stroke, moment.time, time > (stroke.periods - 1) * period, seen, moment);
       seen.history.push_back(moment);
-      progress.show(name, static_cast<std::size_t>(step), static_cast<std::size_t>(steps));
+      progress.show(name, static_cast<std::size_t>(step), static_cast<std::size_t>(seen.steps));
     }
-    if (step % stroke.watch.every == 0 || step == steps) {
-      seen.greatest_mach = std::max(seen.greatest_mach, simulation.fluid().extremes().greatest_speed /
-                                                            std::sqrt(fluid::sound_speed_squared));
-    }
+  }
+}
+
+}  // namespace
+
+StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress) {
+  scene::Simulation simulation = simulation_of(stroke);
+  StrokeResult seen;
+  seen.histogram.assign(strain_bins, 0.0);
+  seen.work.assign(static_cast<std::size_t>(stroke.periods), 0.0);
+  seen.steps = static_cast<std::int64_t>(std::ceil(stroke.periods * stroke.period()));
+  try {
+    march(simulation, stroke, name, progress, seen);
+  } catch (const NumericalFailure& failure) {
+    throw StrokeFailure(failure, std::move(seen));
   }
   double bonds = 0.0;
   for (const double share : seen.histogram) bonds += share;
@@ -183,7 +216,6 @@ StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress&
   seen.share_short /= bonds;
   seen.touched_nodes = simulation.touched_nodes();
   seen.seconds = simulation.seconds();
-  seen.steps = steps;
   return seen;
 }
 

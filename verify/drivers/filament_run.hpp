@@ -5,6 +5,7 @@
 #include <array>
 #include <vector>
 
+#include "base/error.hpp"
 #include "base/progress.hpp"
 #include "engine/cost.hpp"
 #include "observe/watch.hpp"
@@ -30,6 +31,7 @@ struct Stroke {
   double ramp_periods;  // 0: z0 sin(omega t) from rest
   int periods;
   observe::Watch watch;
+  Place node_mass_place{};  // in the case, where an unstable coupling is reported
   std::int64_t film = 0;    // nodes between the samples of the flow in the plane of the stroke; 0: none
   double short_bond = 0.0;  // a length whose share of shorter bonds is counted  [L]
 
@@ -46,7 +48,7 @@ using CentreLine = Positions;
 /// The flow in the plane of the stroke at one phase.
 struct Frame {
   double phase;
-  Positions place;  // of the samples, from the free end at rest  [L]
+  Positions place;        // of the samples, from the free end at rest  [L]
   Eigen::VectorXd speed;  // [L T^-1]
 };
 
@@ -58,6 +60,13 @@ struct Moment {
   double slip;          // root mean square over the coupled nodes  [L T^-1]
   double least_strain;  // of any bond
   double greatest_strain;
+};
+
+/// Body and fluid at the last look that found both sound.
+struct LastGood {
+  std::int64_t step = 0;
+  Positions nodes;  // where they are in the box, not wrapped  [L]
+  fluid::Extremes fluid;
 };
 
 struct StrokeResult {
@@ -75,15 +84,31 @@ struct StrokeResult {
   std::size_t touched_nodes = 0;
   scene::Simulation::Seconds seconds;
   std::int64_t steps = 0;
+  LastGood last_good;
+};
+
+/// A stroke that left its validity, and what was seen of it until then: `work`, `histogram` and `share_short`
+/// are not yet divided.
+struct StrokeFailure : NumericalFailure {
+  StrokeFailure(const NumericalFailure& why, StrokeResult until_then)
+      : NumericalFailure(why), seen(std::move(until_then)) {}
+  StrokeResult seen;
 };
 
 constexpr int strain_bins = 80;
 constexpr double strain_bin_lo = -0.4, strain_bin_hi = 0.6;
 
+/// The body of a stroke, and how it is coupled at its place in the box.
+scene::Body body_of(const Stroke& stroke);
+scene::CouplingSpec coupling_of(const Stroke& stroke);
+
+/// Its sub-step over the linear limit 2/omega_max of the body at rest, its driven coordinates held.
+double step_over_limit(const Stroke& stroke);
+
 /// The scene of a stroke before its first step. Throws BadParameter and NumericalFailure.
 scene::Simulation simulation_of(const Stroke& stroke);
 
-/// Throws NumericalFailure when the run leaves its validity.
+/// Throws StrokeFailure when the run leaves its validity.
 StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress);
 
 }  // namespace veriflex::drivers

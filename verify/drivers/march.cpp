@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
-#include "base/error.hpp"
+#include <cmath>
+
+#include "observe/interrupted.hpp"
 
 namespace veriflex::drivers {
 
@@ -13,9 +15,17 @@ constexpr std::int64_t between_looks = 100;  // the change of one step alone wou
 }  // namespace
 
 void march(fluid::Fluid& fluid, std::int64_t steps, const observe::Watch& watch) {
-  for (std::int64_t step = 0; step < steps; ++step) {
-    fluid.collide_and_stream();
-    observe::check_when_due(fluid, watch);
+  std::int64_t good_step = fluid.steps();
+  fluid::Extremes good = observe::check(fluid, watch);
+  try {
+    for (std::int64_t step = 0; step < steps; ++step) {
+      fluid.collide_and_stream();
+      if (fluid.steps() % watch.every != 0) continue;
+      good = observe::check(fluid, watch);
+      good_step = fluid.steps();
+    }
+  } catch (const NumericalFailure& failure) {
+    throw observe::Interrupted(failure, {.records = {}, .metrics = observe::last_good(good_step, good)});
   }
 }
 

@@ -8,7 +8,7 @@
 
 namespace veriflex::drivers {
 
-/// So many steps. Throws NumericalFailure.
+/// So many steps. Throws observe::Interrupted with what the last good look saw.
 void march(fluid::Fluid& fluid, std::int64_t steps, const observe::Watch& watch);
 
 struct Steady {

@@ -18,10 +18,14 @@ class Cost {
  public:
   /// Time since the previous call (or construction) belongs to `phase`; repeated phases add up.
   void finish(const std::string& phase);
+  /// The same, of which `parts` are counted apart, as phases `<phase>, <part>`.
+  void finish(const std::string& phase, const std::vector<Phase>& parts);
   const std::vector<Phase>& phases() const { return phases_; }
   double wall_seconds() const;
 
  private:
+  Phase& at(const std::string& phase);
+
   std::vector<Phase> phases_;
   std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
   std::clock_t cpu_ = std::clock();

@@ -247,6 +247,7 @@ scene::CouplingSpec read_coupling(const io::Section& top) {
                "it must be positive", "1 is the paper's, one lattice cell");
   }
   spec.live = table.flag("live", spec.live);
+  spec.force = table.flag("force", spec.force);
   if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations", 1, 100));
   return spec;
 }

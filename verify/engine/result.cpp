@@ -9,6 +9,7 @@
 
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "observe/interrupted.hpp"
 #include "revision.hpp"
 
 namespace veriflex::engine {
@@ -68,6 +69,7 @@ void write_head(io::Hdf5Image& file, const Result& r) {
   file.attribute("/", "sources", r.c.sources);
   file.attribute("/", "verdict", to_string(r.verdict));
   file.attribute("/", "findings", std::int64_t{r.findings()});
+  file.attribute("/", "warnings", r.warnings);
   if (r.verdict == Verdict::error) {
     file.attribute("/", "error_kind", r.error_kind);
     file.attribute("/", "error_message", r.error_message);
@@ -215,17 +217,22 @@ Result run_case(const Case& c, int threads) {
                 .verdict = Verdict::error,
                 .error_kind = {},
                 .error_message = {},
+                .warnings = {},
                 .cost = {}};
+  Progress progress(c.id);
   try {
-    Progress progress(c.id);
     result.seen = c.study.run(progress, result.cost);
     for (const Check& check : c.checks) result.outcomes.push_back(judge(check, c, result.seen));
     result.verdict = overall(result.outcomes);
   } catch (const NumericalFailure& failure) {
+    if (const auto* interrupted = dynamic_cast<const observe::Interrupted*>(&failure)) {
+      result.seen = interrupted->seen;
+    }
     result.outcomes.clear();
     result.error_kind = "numerical";
     result.error_message = failure.what();
   }
+  result.warnings = progress.warnings();
   result.cost.finish("judge");
   return result;
 }
@@ -241,6 +248,7 @@ Result unreadable(const std::filesystem::path& path, const std::string& message,
           .verdict = Verdict::error,
           .error_kind = "input",
           .error_message = message,
+          .warnings = {},
           .cost = {}};
 }
 

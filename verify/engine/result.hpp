@@ -24,14 +24,15 @@ struct Result {
   std::vector<Outcome> outcomes;  // one per check, unless the verdict is error
   Verdict verdict;
   std::string error_kind, error_message;
+  std::vector<std::string> warnings;
   Cost cost;
 
   int findings() const;
   double worst_margin() const;  // over the checks that passed or failed
 };
 
-/// Runs the study and judges it. A NumericalFailure becomes the verdict `error`; other exceptions pass
-/// through.
+/// Runs the study and judges it. A NumericalFailure becomes the verdict `error`, and what an
+/// observe::Interrupted has seen stays in the result, unjudged; other exceptions pass through.
 Result run_case(const Case& c, int threads);
 
 /// The result of a case that could not be read: verdict `error`.

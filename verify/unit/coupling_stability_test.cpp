@@ -1,0 +1,124 @@
+// The linearised exchange of body and fluid against formulas: one mode, held sub-steps, and the boundary of a
+// whole body, which for one step is an eigenvalue of a symmetric matrix.
+#include "scene/coupling_stability.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+
+#include "base/root.hpp"
+#include "bond/harmonic.hpp"
+#include "catch.hpp"
+#include "solid/modes.hpp"
+
+using namespace veriflex;
+
+namespace {
+
+const fluid::Spec box{.grid = {{16, 16, 20}}, .relaxation_time = 1.0};
+constexpr double one_marker = 27.0 / 512.0;  // sum D^2 = (3/8)^3 wherever the marker is
+
+/// A node on a bond of stiffness k, whose other end is held; it moves along the bond only.
+scene::Body one_node(double k, double mass, int substeps) {
+  scene::Body body{
+      {bond::Harmonic{k, 1.0}, 0.0}, solid::cubic_lattice({{1, 1, 2}, 1.0}), {}, {substeps, 0.0}};
+  body.conditions.node_mass = mass;
+  body.conditions.held = solid::Held::Constant(2, 3, true);
+  body.conditions.held(1, 2) = false;
+  return body;
+}
+
+scene::CouplingSpec only_that(bool live) {
+  return {.coupled = scene::Coupled::Listed, .listed = {1}, .live = live, .origin = {8.3, 7.9, 8.6}};
+}
+
+scene::Body rod(int sections, double mass, int substeps) {
+  solid::Network network = solid::rod_lattice({2.5, sections, 1.0});
+  solid::add_angles(network);
+  scene::Body body{{bond::Harmonic{0.26, 1.0}, 0.025}, network, {}, {substeps, 0.0}};
+  body.conditions.node_mass = mass;
+  return body;
+}
+
+const scene::CouplingSpec amid{.origin = {8.0, 8.0, 8.0}};
+
+bool stable(double growth) { return growth <= 1.0 + scene::growth_resolution; }
+
+}  // namespace
+
+TEST_CASE("One mode with one step is stable while m > K/4 + 1/(2 - S)") {
+  for (const double k : {0.0, 0.26, 2.0}) {
+    const double mass = scene::critical_node_mass(box, one_node(k, 1.0, 1), only_that(false), 1e-6);
+    CHECK(mass == Approx(k / 4.0 + 1.0 / (2.0 - one_marker)).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("A fluid that forgets is the limit S = 0") {
+  const double mass = scene::critical_node_mass(box, one_node(0.26, 1.0, 1), only_that(false), 1e-6, 0.0);
+  CHECK(mass == Approx(0.26 / 4.0 + 0.5).epsilon(1e-4));
+}
+
+TEST_CASE("A held force through ever finer sub-steps needs omega < tan(omega/2); a live one does not") {
+  // One step of an oscillator under the constant force - v(0) has determinant 1 - sin(omega)/omega and trace
+  // 2 cos(omega) - sin(omega)/omega: an eigenvalue passes through -1 where omega = tan(omega/2).
+  const double limit =
+      bracketed_root([](double w) { return std::sin(0.5 * w) - w * std::cos(0.5 * w); }, 2.0, 3.0);
+  CHECK(limit == Approx(2.3311).epsilon(1e-4));
+  const auto growth = [](double omega, bool live) {
+    return scene::coupling_growth(box, one_node(omega * omega, 1.0, 1000), only_that(live), 0.0);
+  };
+  CHECK(stable(growth(0.998 * limit, false)));
+  CHECK_FALSE(stable(growth(1.002 * limit, false)));
+  CHECK(stable(growth(1.5 * limit, true)));
+}
+
+TEST_CASE("The boundary of a whole body with one step is an eigenvalue of K/4 + P (2 - A)^-1 P^T") {
+  // At an eigenvalue -1 of the map u' = - u, v = 2 u and W = A F/2, which leaves 4 m u = K u + 2 P (1 -
+  // A/2)^-1 P^T u.
+  scene::Body body = rod(4, 1.0, 1);
+  const auto nodes = body.network.node_count();
+  const std::vector<std::int32_t> coupled = scene::coupled_nodes(body.network, amid);
+  const auto markers = static_cast<Eigen::Index>(coupled.size());
+  Positions X(markers, 3);
+  for (Eigen::Index m = 0; m < markers; ++m) {
+    X.row(m) = body.network.rest.row(coupled[static_cast<std::size_t>(m)]) + amid.origin.transpose();
+  }
+  coupling::Transfer transfer(box.grid, {false, false, false}, amid.delta);
+  transfer.locate(X);
+  Eigen::MatrixXd A(markers, markers);
+  Positions spread, back;
+  for (Eigen::Index m = 0; m < markers; ++m) {
+    Positions unit = Positions::Zero(markers, 3);
+    unit(m, 0) = 1.0;
+    transfer.spread(unit, spread);
+    transfer.interpolate(spread, back);
+    A.col(m) = back.col(0);
+  }
+  const Eigen::MatrixXd resistance = (2.0 * Eigen::MatrixXd::Identity(markers, markers) - A).inverse();
+  const solid::Held free = solid::Held::Constant(nodes, 3, false);
+  Eigen::MatrixXd matrix =
+      solid::free_hessian(body.material, body.network, Positions::Zero(nodes, 3), free) / 4.0;
+  for (int axis = 0; axis < 3; ++axis) {
+    for (Eigen::Index i = 0; i < markers; ++i) {
+      for (Eigen::Index j = 0; j < markers; ++j) {
+        matrix(axis * nodes + coupled[static_cast<std::size_t>(i)],
+               axis * nodes + coupled[static_cast<std::size_t>(j)]) += resistance(i, j);
+      }
+    }
+  }
+  const double expected =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+  CHECK(scene::critical_node_mass(box, body, amid, 1e-5) == Approx(expected).epsilon(1e-3));
+}
+
+TEST_CASE("What drifts or turns with the fluid does not grow") {
+  const double growth = scene::coupling_growth(box, rod(4, 1.0, 4), amid);
+  CHECK(growth > 1.0 - 1e-9);
+  CHECK(stable(growth));
+}
+
+TEST_CASE("A driven coordinate takes no part in the growth") {
+  scene::Body body = one_node(0.26, 0.1, 1);
+  CHECK_FALSE(stable(scene::coupling_growth(box, body, only_that(false))));
+  body.conditions.drive = solid::Drive{{1}, 2, 0.1, 0.5, 0.0};
+  CHECK(stable(scene::coupling_growth(box, body, only_that(false))));
+}
