@@ -10,8 +10,8 @@
 ///
 ///   m > K/4 + 1/(2 - S)
 ///
-/// What the rest changes is measured (cases coupling-stability*): nothing where the motion that grows first is
-/// short and S near 0, as in stiff bodies; 1 to 6 % of the mass, always for the better, where it is long.
+/// What the rest changes is measured (cases coupling-stability*): nothing where the motion that grows first
+/// is short and S near 0, as in stiff bodies; 1 to 6 % of the mass, always for the better, where it is long.
 #pragma once
 
 #include "scene/simulation.hpp"

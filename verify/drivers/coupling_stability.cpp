@@ -154,10 +154,11 @@ Boundary boundary_of(const CouplingStability& study, const Point& point) {
   return found;
 }
 
-Observations run(const CouplingStability& study, Progress& progress) {
+Observations run(const CouplingStability& study, Progress& progress, engine::Cost& cost) {
   std::vector<Boundary> found(study.points.size());
   for_all(found.size(), "boundaries", progress,
           [&](std::size_t i) { found[i] = boundary_of(study, study.points[i]); });
+  cost.finish("runs");
 
   Record record{"coupling_boundary",
                 "Least stable node mass: the linearised exchange against runs",
@@ -266,7 +267,7 @@ engine::Study read_coupling_stability(const io::Section& top) {
                                           .fluid = study.fluid,
                                           .is_free = true}),
           .measures = measures,
-          .run = [study](Progress& progress, engine::Cost&) { return run(study, progress); }};
+          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 
 }  // namespace veriflex::drivers

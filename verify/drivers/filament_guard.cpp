@@ -39,9 +39,9 @@ observe::Observations until(const StrokeResult& seen, const std::string& law) {
   observe::Record nodes{"last_good_nodes",
                         "Where the nodes were at the last good look, " + law,
                         {{"node", "", "1", "number of the node", {}},
-                         {"x", "x", "L", "in the box, not wrapped", {}},
-                         {"y", "y", "L", "along the filament at rest", {}},
-                         {"z", "z", "L", "along the drive", {}}}};
+                         {"x", "", "L", "in the box, not wrapped", {}},
+                         {"y", "", "L", "along the filament at rest", {}},
+                         {"z", "", "L", "along the drive", {}}}};
   const LastGood& good = seen.last_good;
   for (Eigen::Index i = 0; i < good.nodes.rows(); ++i) {
     nodes.append({static_cast<double>(i), good.nodes(i, 0), good.nodes(i, 1), good.nodes(i, 2)});
