@@ -115,6 +115,18 @@ void plan_fluid(const fluid::Spec& spec, Plan& plan) {
       {"fields", "density, velocity and stress exist only where an observation asks for them"});
 }
 
+std::string words_of(const CouplingSpec& coupling, bool of_solid) {
+  const std::string nodes = coupling.coupled == Coupled::Boundary ? "boundary nodes"
+                            : coupling.coupled == Coupled::Ring   ? "the surface's nodes without end caps"
+                            : coupling.coupled == Coupled::All    ? "all nodes"
+                                                                  : "listed nodes";
+  const std::string delta =
+      coupling::visit(coupling.delta, [](auto kernel) { return std::string(kernel.name); });
+  if (!of_solid) return fmt::format("markers in prescribed motion, {} delta", delta);
+  return fmt::format("{}, {} delta, force {}", nodes, delta,
+                     coupling.live ? "live over the sub-steps" : "held over the sub-steps");
+}
+
 }  // namespace
 
 Plan plan(const Scene& scene) {
@@ -130,7 +142,11 @@ Plan plan(const Scene& scene) {
   } else {
     plan.left_out.push_back({"fluid", "the case names none"});
   }
-  plan.left_out.push_back({"coupling", "needs a fluid and a solid"});
+  if (scene.coupling) {
+    plan.built.push_back({"coupling", words_of(*scene.coupling, scene.solid.has_value()), 0.0});
+  } else {
+    plan.left_out.push_back({"coupling", "no body meets a fluid"});
+  }
   return plan;
 }
 

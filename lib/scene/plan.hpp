@@ -8,6 +8,7 @@
 
 #include "bond/laws.hpp"
 #include "fluid/fluid.hpp"
+#include "scene/coupling_spec.hpp"
 #include "solid/network.hpp"
 
 namespace veriflex::scene {
@@ -24,6 +25,7 @@ struct Scene {
   std::string method{};  // how the solid is solved, in words
   bool moves = false;    // whether it has velocities
   std::optional<fluid::Spec> fluid{};
+  std::optional<CouplingSpec> coupling{};  // of a body and the fluid
   bool is_free = false;  // no coordinate of it is held or driven
 };
 

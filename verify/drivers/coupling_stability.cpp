@@ -265,6 +265,7 @@ engine::Study read_coupling_stability(const io::Section& top) {
                                           .method = "leap-frog, free, kicked by minute forces",
                                           .moves = true,
                                           .fluid = study.fluid,
+                                          .coupling = scene::CouplingSpec{},
                                           .is_free = true}),
           .measures = measures,
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};

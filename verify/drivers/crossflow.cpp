@@ -227,7 +227,8 @@ engine::Study read_crossflow(const io::Section& top) {
                     .solid = solid,
                     .method = fmt::format("leap-frog, {} sub-steps, first sections held", study.substeps),
                     .moves = true,
-                    .fluid = study.fluid}),
+                    .fluid = study.fluid,
+                    .coupling = study.coupling}),
           .measures = {"tip_deflection", "tip_slope", "tip_ratio", "beam_error", "lattice_error",
                        "shear_share", "end_share", "steps", "deflection.deflection"},
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};

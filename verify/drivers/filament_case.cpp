@@ -103,7 +103,8 @@ scene::Plan plan_stroke(const io::Section& top, const Stroke& stroke) {
             .solid = scene::SolidSpec{.shape = stroke.rod, .angle_stiffness = stroke.angle_stiffness},
             .method = fmt::format("leap-frog, {} sub-steps, driven at one end", stroke.substeps.count),
             .moves = true,
-            .fluid = stroke.fluid});
+            .fluid = stroke.fluid,
+            .coupling = stroke.coupling});
 }
 
 }  // namespace veriflex::drivers

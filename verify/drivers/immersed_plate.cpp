@@ -291,7 +291,7 @@ engine::Study read_plate(const io::Section& top) {
     for (const char* what : {"slip", "error_force", "error_theory"})
       measures.push_back(fmt::format("{}_{}", what, rounds));
   }
-  return {.plan = engine::read_plan(top, {.fluid = box(study, study.resolutions.back())}),
+  return {.plan = engine::read_plan(top, {.fluid = box(study, study.resolutions.back()), .coupling = engine::read_coupling(top)}),
           .measures = measures,
           .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }

@@ -262,7 +262,7 @@ engine::Study read_rod(const io::Section& top) {
                                     "slip",        "residual"};
   for (std::size_t i = 1; i < study.amplitudes.size(); ++i)
     measures.push_back(fmt::format("large_ratio_{}", i));
-  return {.plan = engine::read_plan(top, {.fluid = box_of(study, study.boxes.back())}),
+  return {.plan = engine::read_plan(top, {.fluid = box_of(study, study.boxes.back()), .coupling = engine::read_coupling(top)}),
           .measures = measures,
           .run = [study](Progress& progress, engine::Cost&) { return run(study, progress); }};
 }
