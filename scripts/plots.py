@@ -1243,8 +1243,8 @@ def rounds(result, record, key):
         style = dict(color=f"C{number}", marker=marker, linestyle="-", label=label)
         handles += panels[0].plot(record["iterations"], record[name], **style)
         panels[1].plot(1000 * seconds, record[name], **style)
+    panels[0].set_xscale("log")
     for panel in panels:
-        panel.set_xscale("log")
         panel.set_yscale("log")
         panel.set_ylabel("relative slip, error [1]")
         panel.margins(x=0.12, y=0.15)
@@ -1257,7 +1257,7 @@ def rounds(result, record, key):
 
 
 def rod_force(result, record, key):
-    """Force of an oscillating rod over theory against the box, for each period; without (open) and with images."""
+    """Force of an oscillating rod over theory against the box, for each period; without (open) and with what the box gives back."""
     names = ("ratio_unbounded", "ratio", "lead_unbounded", "lead")
     if not drawable(record, "box", "period", "amplitude", *names):
         return None
@@ -1271,7 +1271,7 @@ def rod_force(result, record, key):
         above.plot(box, record["ratio_unbounded"][rows], ":", markerfacecolor="none", **style)
         below.plot(box, record["lead"][rows], "-", **style)
         below.plot(box, record["lead_unbounded"][rows], ":", markerfacecolor="none", **style)
-    handles.append(Line2D([], [], color="#555555", linestyle="-", label="theory with images"))
+    handles.append(Line2D([], [], color="#555555", linestyle="-", label="theory for the box"))
     handles.append(Line2D([], [], color="#555555", linestyle=":", label="unbounded fluid"))
     above.axhline(1, **MARK)
     below.axhline(0, **MARK)

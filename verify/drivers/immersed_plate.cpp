@@ -109,7 +109,8 @@ Harmonics oscillate(const Plate& study, std::int64_t nodes, int iterations) {
   return seen;
 }
 
-double distance(const Plate&, std::int64_t nodes, std::size_t j) {
+/// Of a node from the nearest image of the plate  [L].
+double distance(std::int64_t nodes, std::size_t j) {
   const double d = std::abs(static_cast<double>(j) - (static_cast<double>(nodes / 2) + beside));
   return std::min(d, static_cast<double>(nodes) - d);
 }
@@ -129,13 +130,13 @@ Compared compare(const Plate& study, std::int64_t nodes, int iterations, const H
   const auto height = static_cast<double>(nodes);
   double error = 0.0, size = 0.0;
   for (std::size_t j = 0; j < seen.velocity.size(); ++j) {
-    const Complex exact = engine::oscillating_plate(distance(study, nodes, j), height, omega, nu);
+    const Complex exact = engine::oscillating_plate(distance(nodes, j), height, omega, nu);
     error += std::norm(seen.velocity[j] - exact);
     size += std::norm(exact);
   }
   // Where a quarter of the height away the flow is, to first order, that of a plate nearer by the offset.
   const auto probe = static_cast<std::size_t>(nodes / 4);
-  const double y = distance(study, nodes, probe);
+  const double y = distance(nodes, probe);
   const Complex exact = engine::oscillating_plate(y, height, omega, nu);
   const double h = 1e-4;
   const Complex slope = (engine::oscillating_plate(y + h, height, omega, nu) -
@@ -167,8 +168,7 @@ Record profile_of(const Plate& study, std::int64_t nodes, const Harmonics& seen)
   const double nu = fluid::viscosity(study.fluid.relaxation_time);
   const auto height = static_cast<double>(nodes);
   for (std::size_t j = 0; j < seen.velocity.size(); ++j) {
-    const Complex exact =
-        engine::oscillating_plate(distance(study, nodes, j), height, study.omega_at(nodes), nu);
+    const Complex exact = engine::oscillating_plate(distance(nodes, j), height, study.omega_at(nodes), nu);
     const double from = static_cast<double>(j) - static_cast<double>(nodes / 2) - beside;
     record.append(
         {from / height, seen.velocity[j].real(), exact.real(), seen.velocity[j].imag(), exact.imag()});

@@ -134,10 +134,16 @@ Complex unbounded(double radius, double omega, double viscosity) {
          Complex(0.0, omega) * std::numbers::pi * radius * radius;
 }
 
-/// In a periodic box, to first order in what its images return.
+/// Velocity that the box gives back per force: of the images, and of the sound that the fluid carries.
+Complex answer_of_box(double radius, double side, double omega, double viscosity) {
+  return engine::backflow_of_images(side, omega, viscosity) +
+         engine::compression_of_box(side, radius, omega, fluid::sound_speed_squared);
+}
+
+/// In a periodic box, to first order in what it gives back.
 Complex in_box(double radius, double side, double omega, double viscosity) {
   const Complex alone = unbounded(radius, omega, viscosity);
-  return alone / (1.0 + alone * engine::backflow_of_images(side, omega, viscosity));
+  return alone / (1.0 + alone * answer_of_box(radius, side, omega, viscosity));
 }
 
 double omega_of(const Piece& piece) { return 2.0 * std::numbers::pi / static_cast<double>(piece.period); }
@@ -185,8 +191,8 @@ Observations run(const Rod& study, Progress& progress) {
        {"amplitude", "z0", "L", "", {}},
        {"ratio_unbounded", "", "1", "amplitude over that in an unbounded fluid", {}},
        {"lead_unbounded", "", "1", "phase before that in an unbounded fluid [rad]", {}},
-       {"ratio", "", "1", "amplitude over that with images", {}},
-       {"lead", "", "1", "phase before that with images [rad]", {}},
+       {"ratio", "", "1", "amplitude over that in the box, with images and sound", {}},
+       {"lead", "", "1", "phase before that in the box [rad]", {}},
        {"slip", "", "1", "of sum f c + g/2 over the largest velocity", {}},
        {"carried", "", "1", "amplitude of the fluid's velocity at the markers over the rod's", {}},
        {"residual", "", "1", "what is not the first harmonic, over its amplitude", {}}}};
@@ -207,7 +213,7 @@ Observations run(const Rod& study, Progress& progress) {
   const double omega = omega_of(pieces.front());
   const Complex first = found.front().force / found.front().carried;
   const Complex alone =
-      first / (1.0 - first * engine::backflow_of_images(static_cast<double>(pieces.front().box), omega, nu));
+      first / (1.0 - first * answer_of_box(radius, static_cast<double>(pieces.front().box), omega, nu));
   const double inside = (alone - engine::oscillating_cylinder_force(radius, omega, nu)).imag() / omega /
                         (std::numbers::pi * radius * radius);
 
@@ -218,7 +224,7 @@ Observations run(const Rod& study, Progress& progress) {
           {"offset", radius - study.radius, "L", "fitted radius beyond the section's nominal one"},
           {"lead", record.find("lead")->values.front(), "1",
            "phase before theory where the radius is fitted [rad]"},
-          {"amplitude_error", worst_ratio, "1", "largest, of the amplitudes against theory with images"},
+          {"amplitude_error", worst_ratio, "1", "largest, of the amplitudes against theory for the box"},
           {"phase_error", worst_lead, "1", "largest, of the phases [rad]"},
           {"box_effect", std::abs(first / unbounded(radius, omega, nu) - 1.0), "1",
            "complex distance from the unbounded fluid, largest box"},

@@ -74,4 +74,17 @@ Complex backflow_of_images(double side, double omega, double viscosity) {
   return 1.0 / (2.0 * Complex(0.0, omega) * side * side) + sum / (4.0 * pi * viscosity);
 }
 
+Complex compression_of_box(double side, double radius, double omega, double sound_speed_squared) {
+  const auto shortest = static_cast<int>(0.5 * side);
+  double sum = 0.0;
+  for (int i = 1; i <= shortest; ++i) {  // a quarter of the modes, the others by symmetry
+    for (int j = 0; j <= shortest; ++j) {
+      const double k = 2.0 * pi / side * std::hypot(i, j);
+      const double share = std::cyl_bessel_j(0.0, k * radius);
+      sum += 4.0 * share * share / (sound_speed_squared * k * k - omega * omega);
+    }
+  }
+  return Complex(0.0, omega) * sum / (2.0 * side * side);
+}
+
 }  // namespace veriflex::engine

@@ -40,4 +40,9 @@ std::complex<double> oscillating_cylinder_force(double radius, double omega, dou
 /// L]
 std::complex<double> backflow_of_images(double side, double omega, double viscosity);
 
+/// What a compressible fluid adds to it for a force on a circle of that radius: the sound waves of the box,
+/// i omega/(2 side^2) sum J0(k radius)^2/(c^2 k^2 - omega^2), undamped, over the lattice's waves with
+/// components up to pi.                                                                       [T M^-1 L]
+std::complex<double> compression_of_box(double side, double radius, double omega, double sound_speed_squared);
+
 }  // namespace veriflex::engine
