@@ -3,6 +3,7 @@
 
 #include "catch.hpp"
 #include "engine/analytic/immersed.hpp"
+#include "engine/analytic/stokeslet_rings.hpp"
 #include "scene/prescribed_body.hpp"
 
 using namespace veriflex;
@@ -89,6 +90,16 @@ Positions ring(double radius, int count, double z, double centre) {
 }
 
 }  // namespace
+
+TEST_CASE("Rings of oscillating forces all along an axis drag like a cylinder filled with fluid") {
+  // Slowly, where the force of a cylinder is spread evenly around it; quickly the pressure is not.
+  const double radius = 2.5, omega = 1e-4, viscosity = 1.0 / 6.0;
+  std::complex<double> velocity = engine::ring_on_ring(0.0, radius, 1.0, omega, viscosity);
+  for (int k = 1; k < 2000; ++k) velocity += 2.0 * engine::ring_on_ring(k, radius, 1.0, omega, viscosity);
+  const std::complex<double> force = engine::oscillating_cylinder_force(radius, omega, viscosity) +
+                                     std::complex<double>(0.0, omega * pi * radius * radius);
+  CHECK(std::abs(velocity * force - 1.0) < 2e-3);
+}
 
 TEST_CASE("What the fluid loses in a step the body has got") {
   const fluid::Spec spec{.grid = {{12, 10, 8}}, .relaxation_time = 0.8};
