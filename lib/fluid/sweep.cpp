@@ -114,29 +114,46 @@ struct Step {
     return at < 0 ? at + size : at >= size ? at - size : at;
   }
 
-  static bool outside(std::int64_t at, std::int64_t size) { return at < 0 || at >= size; }
+  static Row<Real> row_at(const Lattice<Real>& lattice, std::int64_t y, std::int64_t z) {
+    Row<Real> row;
+    row.ends = closed ? lattice.ends + ends_per_row * (y + lattice.ny * z) : nullptr;
+    if constexpr (!odd) {
+      const std::int64_t here = lattice.row(y, z);
+      for_each_population([&](auto q) { row.slot[q] = lattice.slots[q] + here; });
+      return row;
+    }
+    const std::int64_t ys[3] = {wrap(y + 1, lattice.ny), y,
+                                wrap(y - 1, lattice.ny)};  // where c_y + 1 is from
+    const std::int64_t zs[3] = {wrap(z + 1, lattice.nz), z, wrap(z - 1, lattice.nz)};
+    std::int64_t from[3][3];
+    for (int i = 0; i < 3; ++i) {
+      for (int j = 0; j < 3; ++j) from[i][j] = lattice.row(ys[i], zs[j]);
+    }
+    for_each_population([&](auto q) {
+      constexpr auto v = c[static_cast<std::size_t>(q())];
+      row.slot[q] = lattice.slots[opposite(q)] + from[v[1] + 1][v[2] + 1];
+    });
+    const bool beside_y = lattice.closed[1] && (y == 0 || y == lattice.ny - 1);
+    const bool beside_z = lattice.closed[2] && (z == 0 || z == lattice.nz - 1);
+    if (beside_y || beside_z) turn_back(lattice, y, z, row);
+    return row;
+  }
 
   /// A population that would come across a wall beside the row comes from the same node's slot of its own,
   /// where the step before left what went towards the wall. Its pointer is moved such that it is found at the
   /// place of the neighbour.
-  static Row<Real> row_at(const Lattice<Real>& lattice, std::int64_t y, std::int64_t z) {
-    Row<Real> row;
-    row.ends = closed ? lattice.ends + ends_per_row * (y + lattice.ny * z) : nullptr;
-    for_each_population([&](auto q) {
-      constexpr auto v = c[static_cast<std::size_t>(q())];
-      Real* const own = lattice.slots[q] + lattice.row(y, z);
-      if constexpr (!odd) {
-        row.slot[q] = own;
-      } else if ((lattice.closed[1] && outside(y - v[1], lattice.ny)) ||
-                 (lattice.closed[2] && outside(z - v[2], lattice.nz))) {
-        row.slot[q] = own + v[0] * lanes;
+  static void turn_back(const Lattice<Real>& lattice, std::int64_t y, std::int64_t z, Row<Real>& row) {
+    const auto across = [](bool closed_axis, std::int64_t from, std::int64_t size) {
+      return closed_axis && (from < 0 || from >= size);
+    };
+    for (int q = 1; q < Q; ++q) {
+      const auto& v = c[static_cast<std::size_t>(q)];
+      if (across(lattice.closed[1], y - v[1], lattice.ny) ||
+          across(lattice.closed[2], z - v[2], lattice.nz)) {
+        row.slot[q] = lattice.slots[q] + lattice.row(y, z) + v[0] * lanes;
         row.back |= 1U << q;
-      } else {
-        row.slot[q] =
-            lattice.slots[opposite(q)] + lattice.row(wrap(y - v[1], lattice.ny), wrap(z - v[2], lattice.nz));
       }
-    });
-    return row;
+    }
   }
 
   template <class Force>

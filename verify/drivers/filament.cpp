@@ -72,6 +72,24 @@ Record histogram_of(const StrokeResult& a, const StrokeResult& b) {
   return record;
 }
 
+Record periods_of(const StrokeResult& a, const StrokeResult& b) {
+  Record record{"periods",
+                "Work and swimming, period by period",
+                {{"period", "", "1", "number, from 1", {}},
+                 {"work", "", "M L^2 T^-2", "of the drive, law of [bond]", {}},
+                 {"work_compared", "", "M L^2 T^-2", "law of [compared_bond]", {}},
+                 {"swum", "", "L", "along y, law of [bond]; positive is towards the driven end", {}},
+                 {"swum_compared", "", "L", "law of [compared_bond]", {}}}};
+  for (std::size_t k = 0; k < a.work.size(); ++k) {
+    const auto swum_in = [&](const StrokeResult& seen) {
+      const std::size_t end = (k + 1) * phases_per_period - 1;
+      return seen.centre[end][1] - (k > 0 ? seen.centre[end - phases_per_period][1] : 0.0);
+    };
+    record.append({static_cast<double>(k + 1), a.work[k], b.work[k], swum_in(a), swum_in(b)});
+  }
+  return record;
+}
+
 /// Speeds in the plane of the stroke, law of [bond].
 Record film_of(const StrokeResult& seen) {
   Record record{"film",
@@ -142,9 +160,12 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
   cost.finish(bond::name_of(study.other) + " compared", parts_of(b.seconds));
 
   Observations seen;
-  seen.records = {centre_lines(a, b, study.stroke.rod.spacing), deviations_of(a, b, z0),
+  seen.records = {centre_lines(a, b, study.stroke.rod.spacing),
+                  deviations_of(a, b, z0),
                   history_of(a, "stroke", bond::name_of(study.stroke.law)),
-                  history_of(b, "stroke_compared", bond::name_of(study.other)), histogram_of(a, b)};
+                  history_of(b, "stroke_compared", bond::name_of(study.other)),
+                  histogram_of(a, b),
+                  periods_of(a, b)};
   const Deviation d = worst(a, b, z0);
   seen.metrics = {
       {"deviation_z_max", d.z_max, "1", "max |dz|/z0 between the laws over four phases of the last period"},
