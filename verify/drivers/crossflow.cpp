@@ -7,6 +7,7 @@
 #include "drivers/beam_section.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/worse.hpp"
+#include "engine/check_coupling.hpp"
 #include "engine/read_scene.hpp"
 #include "scene/simulation.hpp"
 #include "solid/modes.hpp"
@@ -28,8 +29,9 @@ struct Crossflow {
   scene::CouplingSpec coupling;
   double node_mass;
   int substeps;
-  std::int64_t clamped;  // sections that are held
-  double steady_change;  // of the tip's deflection per step, over it
+  std::int64_t clamped;   // sections that are held
+  Place node_mass_place;  // in the case, where an unstable coupling is reported
+  double steady_change;   // of the tip's deflection per step, over it
   std::int64_t step_limit;
   observe::Watch watch;
 
@@ -126,6 +128,9 @@ Observations run(const Crossflow& study, Progress& progress, engine::Cost& cost)
   coupling.origin = {static_cast<double>(size[0] / 2),
                      0.5 * (static_cast<double>(size[1]) - static_cast<double>(study.rod.sections - 1)),
                      static_cast<double>(size[2] / 2)};
+  const double growth = engine::check_coupling(study.fluid, body_of(study), coupling, "the rod",
+                                               study.node_mass_place, progress);
+  cost.finish("stability of the coupling");
   scene::Simulation simulation(study.fluid, body_of(study), coupling);
   march_to_rest(study, simulation, progress);
   cost.finish("march");
@@ -142,6 +147,8 @@ Observations run(const Crossflow& study, Progress& progress, engine::Cost& cost)
     load.row(simulation.coupled()[i]) = simulation.exchanged().row(static_cast<Eigen::Index>(i));
   }
   const solid::Held held = body_of(study).conditions.held;
+  const double omega = solid::largest_frequency(
+      study.material, network, Positions::Zero(network.node_count(), 3), held, study.node_mass);
   const Positions still = solid::linear_response(study.material, network, held, load);
   const Positions& u = simulation.solid().displacement();
   const double lattice = (u - still).cwiseAbs().maxCoeff() / u.cwiseAbs().maxCoeff();
@@ -177,7 +184,10 @@ Observations run(const Crossflow& study, Progress& progress, engine::Cost& cost)
            "of the tip's deflection that is due to shear"},
           {"end_share", sections.back().force / total, "1",
            "of the force that acts on the free end's section"},
-          {"steps", static_cast<double>(simulation.fluid().steps()), "T", "until the tip rested"}}};
+          {"steps", static_cast<double>(simulation.fluid().steps()), "T", "until the tip rested"},
+          {"dt_over_limit", 0.5 * omega / study.substeps, "1",
+           "sub-step over the linear limit 2/omega_max at rest"},
+          {"coupling_growth", growth, "1", "largest factor a step of the linearised exchange"}}};
 }
 
 }  // namespace
@@ -198,6 +208,7 @@ engine::Study read_crossflow(const io::Section& top) {
                         .node_mass = t.number("node_mass"),
                         .substeps = static_cast<int>(t.integer("substeps", 1, 10000)),
                         .clamped = t.integer("clamped", 1, 100),
+                        .node_mass_place = t.place("node_mass"),
                         .steady_change = t.number("steady_change"),
                         .step_limit = t.integer("step_limit", between_looks, 1'000'000'000),
                         .watch = engine::read_watch(top)};
@@ -222,16 +233,17 @@ engine::Study read_crossflow(const io::Section& top) {
     top.table("fluid").fail("body_force", "it does not drive a stream along z",
                             "the rod lies along y and bends towards z", "Give for example [0.0, 0.0, 1e-8]");
   }
-  return {.plan = engine::read_plan(
-              top, {.law = law,
-                    .solid = solid,
-                    .method = fmt::format("leap-frog, {} sub-steps, first sections held", study.substeps),
-                    .moves = true,
-                    .fluid = study.fluid,
-                    .coupling = study.coupling}),
-          .measures = {"tip_deflection", "tip_slope", "tip_ratio", "beam_error", "lattice_error",
-                       "shear_share", "end_share", "steps", "deflection.deflection"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+  return {
+      .plan = engine::read_plan(
+          top, {.law = law,
+                .solid = solid,
+                .method = fmt::format("leap-frog, {} sub-steps, first sections held", study.substeps),
+                .moves = true,
+                .fluid = study.fluid,
+                .coupling = study.coupling}),
+      .measures = {"tip_deflection", "tip_slope", "tip_ratio", "beam_error", "lattice_error", "shear_share",
+                   "end_share", "steps", "dt_over_limit", "coupling_growth", "deflection.deflection"},
+      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
 }
 
 }  // namespace veriflex::drivers
