@@ -14,8 +14,10 @@ import matplotlib
 import matplotlib.style
 import numpy as np
 from matplotlib import figure
+from matplotlib.colors import PowerNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
+from matplotlib.ticker import LogLocator, MaxNLocator
 
 # The defaults first: a user's own matplotlibrc must not change the report.
 matplotlib.style.use(["default", str(Path(__file__).with_name("style.mplstyle"))])
@@ -67,7 +69,7 @@ def powers(dimension):
 def quantity(name, symbol, dimension):
     """Axis label: name, symbol, dimension. A dollar sign would start matplotlib's formulas."""
     unit = f" [{powers(dimension)}]" if dimension else ""
-    return f"{name} {symbol}".strip().replace("$", r"\$") + unit
+    return (f"{name} {symbol}" if symbol != name else name).strip().replace("$", r"\$") + unit
 
 
 def column_label(column):
@@ -100,10 +102,13 @@ def canvas(panels=1, height=HEIGHT, **options):
     return drawing, axes
 
 
-def legend_above(axes, handles):
-    """Legend over the axes, where it covers no data; in as many columns as fit, lest it squeeze the axes."""
+def legend_above(axes, handles, ordinate=45):
+    """Legend over the axes, where it covers no data; in as many columns as fit, lest it squeeze the axes.
+
+    `ordinate` is the width of the ordinate's labels in points.
+    """
     em = matplotlib.rcParams["legend.fontsize"]  # points
-    room = 72 * WIDTH - 45  # points beside the ordinate's labels
+    room = 72 * WIDTH - ordinate
     for columns in (3, 2, 1):
         texts = np.array_split([len(handle.get_label()) for handle in handles], columns)  # as the legend will
         if sum(4.8 + 0.58 * column.max(initial=0) for column in texts) * em < room:
@@ -749,19 +754,33 @@ def coupling_boundary(result, record, key):
     columns = ("point", "predicted", "forgetful", "measured", "ratio")
     if not drawable(record, *columns):
         return None
-    drawing, (axes, ratio) = canvas(2, height=5.0, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
+    drawing, (axes, ratio) = canvas(2, height=5.4, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
     x = np.arange(len(record))
-    handles = axes.plot(x, record["measured"], "o", color="C0", label="runs")
-    handles += axes.plot(x, record["predicted"], "_", color="C1", markersize=14, label="map, the fluid keeps all")
-    handles += axes.plot(x, record["forgetful"], "_", color="C2", markersize=14, label="map, the fluid forgets")
+    # Where all agree the marks lie on each other: each is seen beside the next.
+    wide = dict(color="C1", markersize=13, markeredgewidth=1.6)
+    handles = axes.plot(x, record["predicted"], "_", label="map, the fluid keeps all", **wide)
+    hollow = dict(color="C2", markersize=8, markerfacecolor="none")
+    handles += axes.plot(x, record["forgetful"], "D", label="map, the fluid forgets", **hollow)
+    handles += axes.plot(x, record["measured"], "o", color="C0", markersize=3.5, label="runs")
     axes.set_ylabel("least stable node mass m [M]")
-    axes.set_ylim(bottom=0)
+    axes.set_ylim(0, 1.08 * extent(np.concatenate([record[name] for name in columns[1:4]]))[1] or 1.0)
     legend_above(axes, handles)
     ratio.axhline(1.0, **MARK)
     ratio.plot(x, record["ratio"], "o", color="C0")
     ratio.set_ylabel("runs / map [1]")
-    ratio.set_xlabel("way of coupling (number of the point)")
-    ratio.set_xticks(x)
+    names = [
+        metric.name.removeprefix("measured_").replace("_", " ")
+        for metric in result.metrics
+        if metric.name.startswith("measured_")
+    ]
+    if len(names) == len(record):
+        slanted = dict(rotation=40, horizontalalignment="right", rotation_mode="anchor") if len(names) > 4 else {}
+        ratio.set_xticks(x, names, **slanted)
+    else:
+        ratio.set_xticks(x)
+    ratio.set_xlim(-0.5, len(record) - 0.5)
+    ratio.margins(y=0.15)
+    ratio.set_xlabel("way of coupling: name of the point")
     caption = (
         "Least node mass at which the exchange of a rod with the fluid is stable: below it small motions grow. "
         "The map is one step, linearised, without the fluid's own motion."
@@ -927,7 +946,7 @@ def law_deviation(result, record, key):
     drawing, (axes,) = canvas(height=3.4)
     places, width = np.arange(len(record)), 0.8 / len(names)
     handles = []
-    for number, (name, hatch) in enumerate(zip(names, ("", "////", "....", "xxxx"))):
+    for number, (name, hatch) in enumerate(zip(names, ("", "////", "----", "xxxx"))):
         shift = (number - (len(names) - 1) / 2) * width
         style = dict(facecolor="white" if hatch else f"C{number}", edgecolor=f"C{number}", hatch=hatch, linewidth=0.8)
         axes.bar(places + shift, record[name], 0.9 * width, **style)
@@ -1028,6 +1047,163 @@ def modulus_deviation(result, record, key):
         "Centre lines of one law with a wrong modulus against its own, largest of four phases. Where a curve stays below "
         "the dashed level of its colour, that error of the modulus moves the filament less than the change of the law."
     )
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+FILM_COLUMNS = 2  # of panels
+FILM_SAMPLES = 200  # across a panel at most: more would be finer than the page and heavier than it may be
+FILM_COLOURS = matplotlib.colormaps["Blues"].resampled(64)  # more tell nobody anything and compress worse
+
+
+def film(result, record, key):
+    """Speed of the fluid in the plane of the stroke, a panel for each phase, under the centre line of that phase."""
+    if not drawable(record, "phase", "y", "z", "speed"):
+        return None
+    phases, y, z = (np.unique(record[name]) for name in ("phase", "y", "z"))
+    if len(y) < 2 or len(z) < 2 or len(phases) * len(y) * len(z) != len(record):
+        return None
+    order = np.lexsort((record["y"], record["z"], record["phase"]))
+    every = -(-len(y) // FILM_SAMPLES)
+    speed = record["speed"][order].reshape(len(phases), len(z), len(y))[:, ::every, ::every]
+    y, z = y[::every], z[::every]
+    half = 0.5 * (y[1] - y[0]), 0.5 * (z[1] - z[0])  # a sample is the middle of its square
+    box = (y[0] - half[0], y[-1] + half[0], z[0] - half[1], z[-1] + half[1])
+    rows = -(-len(phases) // FILM_COLUMNS)
+    tall = 0.5 * (WIDTH - 0.6) * (box[3] - box[2]) / (box[1] - box[0])  # inches of a panel
+    drawing = figure.Figure(figsize=(WIDTH, min(rows * (tall + 0.08) + 1.1, 9.0)))
+    panels = drawing.subplots(rows, FILM_COLUMNS, squeeze=False, sharex=True, sharey=True)
+    lines = result.records.get("centre_lines")
+    with_line = drawable(lines, "phase", "y", "z")
+    # Slow flow fills most of the plane: the root gives it more of the colours.
+    scale = PowerNorm(0.5, 0.0, extent(speed)[1] or 1.0)
+    for axes, phase, seen in zip(panels.flat, phases, speed):
+        image = axes.imshow(
+            seen, cmap=FILM_COLOURS, norm=scale, extent=box, origin="lower", aspect="equal", interpolation="none"
+        )
+        if with_line:
+            there = np.abs(lines["phase"] - phase) < 0.01
+            axes.plot(lines["y"][there], lines["z"][there], color="C1", linestyle="-", linewidth=1.3)
+        axes.text(0.03, 0.96, f"t = {phase:g} T", transform=axes.transAxes, verticalalignment="top")
+        axes.set_xlim(box[0], box[1])
+        axes.set_ylim(box[2], box[3])
+        axes.grid(False)
+    for axes in panels.flat[len(phases) :]:
+        axes.set_visible(False)
+    for axes in panels[-1]:
+        axes.set_xlabel(column_label(record.columns["y"]))
+    for axes in panels[:, 0]:
+        axes.set_ylabel(column_label(record.columns["z"]))
+    bar = drawing.colorbar(image, ax=panels, location="bottom", aspect=40, label=column_label(record.columns["speed"]))
+    ticks = MaxNLocator(4, steps=(1, 2, 5, 10)).tick_values(0.0, scale.vmax)
+    ticks = [tick for tick in np.append(ticks[1] / 10, ticks) if tick <= scale.vmax]
+    bar.set_ticks(ticks, labels=[f"{tick:.3g}" for tick in ticks])
+    caption = (
+        f"{record.title or 'Speed of the fluid'} at {len(phases)} phases of the last period; both axes to one scale, colours by the root of the "
+        "speed."
+    )
+    if with_line:
+        caption += f" The line is the centre line of the filament, {compared_names(result)[0]}."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def first_harmonic(result, record, key):
+    """Amplitude and phase along the filament: of both laws measured, and of the theories the record holds."""
+    if not drawable(record, "section", "amplitude", "phase"):
+        return None
+    theories = {
+        "rings": ("theory, unsteady flow of all sections", "C2", "--"),
+        "cylinder": ("theory, Stokes' cylinder", "C3", ":"),
+        "resistive": ("theory, steady resistive force", "C4", (0, (6, 1.5, 1, 1.5))),
+    }
+    drawing, panels = canvas(2, height=5.4, sharex=True)
+    section = record["section"]
+    law, compared = compared_names(result)
+    for axes, name in zip(panels, ("amplitude", "phase")):
+        handles = axes.plot(section, record[name], "-", color="C0", linewidth=1.8, label=f"measured, {law}")
+        if record.has(f"{name}_compared"):
+            style = dict(color="C1", markersize=3.5, markerfacecolor="none", label=f"measured, {compared}")
+            handles += axes.plot(section, record[f"{name}_compared"], "o", **style)
+        for theory, (label, colour, dashes) in theories.items():
+            if record.has(f"{name}_{theory}"):
+                style = dict(color=colour, linestyle=dashes, linewidth=1.3, label=label)
+                handles += axes.plot(section, record[f"{name}_{theory}"], **style)
+    panels[0].set_ylim(bottom=0)
+    panels[0].set_ylabel("amplitude over drive |W| [1]")
+    panels[1].set_ylabel("phase arg W [rad]")
+    panels[1].set_xlabel("section, 0 is the free end [1]")
+    legend_above(panels[0], handles)
+    caption = "First harmonic of the stroke along the filament over that of the drive, W = 1 at the driven end."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def companion_names(result, record):
+    """Variants of a record `companions` in words, without the base: what metrics effect_<name> say after a colon."""
+    stated = [metric.meaning.partition(": ")[2] for metric in result.metrics if metric.name.startswith("effect_")]
+    if len(stated) != len(record) - 1:
+        return [f"variant {number:g}" for number in record["variant"][1:]]
+    # Where a run broke off, why follows in brackets: too long for a label.
+    return [text if held else text.partition(" (")[0] for text, held in zip(stated, record["survived"][1:])]
+
+
+def companions(result, record, key):
+    """Effect of each variant and the distance between the laws under it, largest effect first, logarithmic."""
+    if not drawable(record, "variant", "survived", "law_deviation_z") or not record.has("effect_z") or len(record) < 2:
+        return None
+    names = companion_names(result, record)
+    effect, apart, survived = (record[name][1:] for name in ("effect_z", "law_deviation_z", "survived"))
+    order = np.argsort(np.where(survived > 0, effect, -1.0), kind="stable")
+    places = np.arange(len(order))
+    effect, apart, survived = effect[order], apart[order], survived[order]
+    # A logarithm has no place for zero.
+    moved, parted = np.where(effect > 0, effect, np.nan), np.where(apart > 0, apart, np.nan)
+    drawing, (axes,) = canvas(height=1.25 + 0.2 * len(order))
+    base = record["law_deviation_z"][0]
+    handles = axes.plot(moved, places, "o", color="C0", label="one law, from the base")
+    handles += axes.plot(parted, places, "s", color="C1", markerfacecolor="none", label="between the laws")
+    handles.append(upright(axes, base, "the same, base", color="C1", linestyle="--"))
+    axes.set_xscale("log")
+    low, high = extent(np.concatenate([moved, parted, [base]]))
+    axes.set_xlim(low / 2, 2 * high)
+    for place, held, far in zip(places, survived, effect):
+        if not held or far == 0:
+            words = "broke off" if not held else "from the base: 0"
+            axes.text(0.01, place, words, transform=axes.get_yaxis_transform(), verticalalignment="center", fontsize=8)
+    axes.set_ylim(-0.7, len(order) - 0.3)
+    axes.set_yticks(places, [names[place] for place in order])
+    axes.tick_params(axis="y", length=0)
+    axes.xaxis.set_major_locator(LogLocator(numticks=12))
+    axes.set_xlabel("largest |Δz| over amplitude z₀ [1]")
+    legend_above(axes, handles, ordinate=0.55 * 8.5 * max(len(name) for name in names))
+    caption = (
+        "What each variant of the scene moves: the law of [bond] against itself in the base's scene, and the two laws "
+        "against each other under the variant. A choice whose dot is left of the dashed line moves the filament less than "
+        "the change of the law."
+    )
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+DELTA_SCANS = {
+    "delta_sums": ("sum of the weights Σ D h³", "Sum of the weights"),
+    "delta_imbalances": ("even less odd nodes Σ ± D h³", "Weights of even nodes less those of odd ones"),
+    "delta_first_moments": ("first moment Σ (x − X) D h³", "First moment of the weights along an axis"),
+}
+
+
+def delta_scan(result, record, key):
+    """A moment of the delta functions' weights along the diagonal of a cell, a curve for each function."""
+    offset, *deltas = record.columns.values()
+    if not deltas or not drawable(record, *record.columns):
+        return None
+    drawing, (axes,) = canvas()
+    handles = []
+    for delta in deltas:
+        handles += axes.plot(offset.values, delta.values, label=delta.name.replace("_", " "))
+    axes.set_xlim(*extent(offset.values))
+    label, words = DELTA_SCANS[record.name]
+    axes.set_xlabel(quantity("offset along each axis from a node", "", offset.dimension))
+    axes.set_ylabel(quantity(label, "", deltas[0].dimension))
+    legend_above(axes, handles)
+    caption = f"{words}, for a marker on the diagonal of a cell and each delta function."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
@@ -1209,23 +1385,30 @@ def array_drag(result, record, key):
     """Drag of arrays of markers against the solid fraction, one curve for each relaxation time; below, error and slip."""
     if not drawable(record, "relaxation_time", "solid_fraction", "drag", "drag_exact", "error_drag", "slip"):
         return None
-    drawing, (above, below) = canvas(2, height=5.0, sharex=True)
-    handles = []
+    drawing, (above, below) = canvas(2, height=5.2, sharex=True)
+    # The series knows nothing of the relaxation time: one line through all rows.
+    order = np.argsort(record["solid_fraction"])
+    series = record["solid_fraction"][order], record["drag_exact"][order]
+    handles = above.plot(*series, "-", color="#555555", linewidth=1, label="series")
+    unit = powers(record.columns["relaxation_time"].dimension)
     for number, (tau, marker) in enumerate(zip(np.unique(record["relaxation_time"]), markers())):
         rows = record["relaxation_time"] == tau
         fraction, style = record["solid_fraction"][rows], dict(color=f"C{number}", marker=marker)
-        above.plot(fraction, record["drag_exact"][rows], "-", color=f"C{number}", linewidth=1)
-        handles += above.plot(fraction, record["drag"][rows], linestyle="none", label=f"tau = {tau:g}", **style)
+        handles += above.plot(fraction, record["drag"][rows], linestyle="none", label=f"τ = {tau:g} [{unit}]", **style)
         predicted = record["error_drag"][rows] > 1e-9  # the first is zero by the fit
         below.plot(fraction[predicted], record["error_drag"][rows][predicted], linestyle="-", **style)
         below.plot(fraction, record["slip"][rows], linestyle=":", markerfacecolor="none", **style)
-    handles.append(Line2D([], [], color="#555555", linestyle="-", linewidth=1, label="series; below: error"))
-    handles.append(Line2D([], [], color="#555555", linestyle=":", linewidth=1, label="slip over U"))
+    grey = dict(color="#555555", linewidth=1)
+    kinds = [
+        Line2D([], [], linestyle="-", marker="o", label="error of the drag", **grey),
+        Line2D([], [], linestyle=":", marker="o", markerfacecolor="none", label="slip over U", **grey),
+    ]
     above.set_ylabel(column_label(record.columns["drag"]))
     below.set_yscale("log")
     below.set_ylabel("relative error, slip [1]")
     below.set_xlabel(column_label(record.columns["solid_fraction"]))
     legend_above(above, handles)
+    legend_above(below, kinds)
     caption = "Drag with the radius fitted to the most dilute array; below, error of the predicted ones and slip at the markers."
     return Figure(caption, inline_svg(drawing, key, caption))
 
@@ -1262,12 +1445,13 @@ def rod_force(result, record, key):
     if not drawable(record, "box", "period", "amplitude", *names):
         return None
     small = record["amplitude"] == record["amplitude"][0]
+    unit = powers(record.columns["period"].dimension)
     drawing, (above, below) = canvas(2, height=5.0, sharex=True)
     handles = []
     for number, (period, marker) in enumerate(zip(np.unique(record["period"]), markers())):
         rows = np.flatnonzero(small & (record["period"] == period))
         box, style = record["box"][rows], dict(color=f"C{number}", marker=marker)
-        handles += above.plot(box, record["ratio"][rows], "-", label=f"period {period:g}", **style)
+        handles += above.plot(box, record["ratio"][rows], "-", label=f"period {period:g} [{unit}]", **style)
         above.plot(box, record["ratio_unbounded"][rows], ":", markerfacecolor="none", **style)
         below.plot(box, record["lead"][rows], "-", **style)
         below.plot(box, record["lead_unbounded"][rows], ":", markerfacecolor="none", **style)
@@ -1275,11 +1459,17 @@ def rod_force(result, record, key):
     handles.append(Line2D([], [], color="#555555", linestyle=":", label="unbounded fluid"))
     above.axhline(1, **MARK)
     below.axhline(0, **MARK)
+    for axes in (above, below):
+        axes.margins(y=0.08)
+    below.set_xticks(np.unique(record["box"][small]))
     above.set_ylabel("amplitude over theory [1]")
     below.set_ylabel("phase before theory [rad]")
-    below.set_xlabel(column_label(record.columns["box"]))
+    below.set_xlabel(quantity("side of the periodic box", "", record.columns["box"].dimension))
     legend_above(above, handles)
-    caption = "Force of the oscillating rod over that of Stokes' cylinder of the fitted radius."
+    caption = (
+        "Force of the oscillating rod over that of Stokes' cylinder of the fitted radius, at an amplitude of "
+        f"{record['amplitude'][0]:g} [{powers(record.columns['amplitude'].dimension)}]."
+    )
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
@@ -1318,6 +1508,9 @@ KINDS = {
     "dispersion": (dispersion,),
     "constants": (constants,),
     "storage": (storage,),
+    "delta_sums": (delta_scan,),
+    "delta_imbalances": (delta_scan,),
+    "delta_first_moments": (delta_scan,),
     "galilean": (galilean,),
     "boundary": (boundary,),
     "elastica": (elastica,),
@@ -1345,6 +1538,9 @@ KINDS = {
     "law_deviation": (law_deviation,),
     "stroke": (stroke,),
     "stroke_compared": (),
+    "film": (film,),
+    "first_harmonic": (first_harmonic,),
+    "companions": (companions,),
     "last_good_nodes": (last_good_nodes,),
     "coupling_boundary": (coupling_boundary,),
     "strain_histogram": (strain_histogram,),

@@ -37,7 +37,7 @@ def write_rows(file, place, rows):
     write_table(file, place, {name: [row[name] for row in rows] for name in (rows[0] if rows else {})})
 
 
-def write_result(folder, name, verdict, checks=(), title="A title", records=(), **more):
+def write_result(folder, name, verdict, checks=(), title="A title", records=(), metrics=(), **more):
     """A result file of schema 1."""
     with h5py.File(folder / f"{name}.h5", "w") as file:
         texts = dict(format="veriflex-result", id=name, title=title, asks="Does it hold?", equation="E = U''/r₀")
@@ -57,7 +57,7 @@ def write_result(folder, name, verdict, checks=(), title="A title", records=(), 
         )
         for record, columns in records:
             write_table(file, f"records/{record}", columns)
-        write_rows(file, "metrics", [dict(name="young_modulus", value=1.0, dimension="M L^-1 T^-2", meaning="E")])
+        write_rows(file, "metrics", [dict(name="young_modulus", value=1.0, dimension="M L^-1 T^-2", meaning="E"), *metrics])
         write_rows(file, "checks", list(checks))
         write_rows(file, "timing", [dict(phase="run", wall_seconds=0.5, cpu_seconds=0.5)])
 
@@ -75,14 +75,36 @@ def filament_records():
     moments = ("drive", "force", "centre_y", "slip", "least_strain", "greatest_strain")
     history = dict(time=time) | {name: np.sin(6 * time) for name in moments}
     far = dict(z_max=[0.02, 0.03], z_rms=[0.01, 0.02], swimming_max=[0.05, 0.06])
+    grid_phase, z, y = np.meshgrid(np.arange(1, 9) / 8, np.arange(-4.0, 5.0), np.arange(-2.0, 50.0), indexing="ij")
+    frames = dict(phase=grid_phase, y=y, z=z, speed=grid_phase * np.exp(-(z**2)))
     return [
         ("centre_lines", line),
+        ("film", {name: values.ravel() for name, values in frames.items()}),
         ("law_deviation", dict(phase=[0.25, 0.5]) | far),
         ("stroke", history),
         ("stroke_compared", history),
         ("strain_histogram", dict(length=[0.9, 1.0, 1.1], share=[0, 0.9, 0.1], share_compared=[0.1, 0.9, 0])),
         ("modulus_deviation", dict(factor=[0.9, 1.1]) | far),
     ]
+
+
+def companions():
+    """Record and metrics of a base with three variants: one that changes something, one nothing, one that breaks off."""
+    effect, apart = [0.0, 0.02, 0.0, np.nan], [0.03, 0.04, 0.03, np.nan]
+    table = dict(variant=[0, 1, 2, 3], survived=[1, 1, 1, 0], effect_z=effect, law_deviation_z=apart)
+    labels = dict(wide="box: wide", same="nothing", thin="tau = 0.6 (step 3: bond (1, 2) is gone)")
+    metrics = [
+        dict(name=f"effect_{name}", value=value, dimension="1", meaning=f"max |dz|/z0 from the base: {label}")
+        for (name, label), value in zip(labels.items(), effect[1:])
+    ]
+    return dict(records=[("companions", table)], metrics=metrics)
+
+
+def harmonic():
+    """The record of the first harmonic of a filament beside one theory."""
+    section = np.arange(5.0)
+    names = ("amplitude", "phase", "amplitude_compared", "phase_compared", "amplitude_rings", "phase_rings")
+    return [("first_harmonic", dict(section=section) | {name: section / 4 for name in names})]
 
 
 class WrittenReport(unittest.TestCase):
@@ -98,6 +120,8 @@ class WrittenReport(unittest.TestCase):
         records = [("stress_strain", curve), ("own", curve), ("kinks", dict(strain=[0.168], jump=[-0.059]))]
         write_result(cls.folder, "tensile-two", "fail", [CHECK, FAILED], records=records)
         write_result(cls.folder, "filament-three", "pass", [CHECK], records=filament_records())
+        write_result(cls.folder, "filament-variants", "pass", [CHECK], **companions())
+        write_result(cls.folder, "filament-linear", "pass", [CHECK], records=harmonic())
         failure = dict(error_kind="NumericalFailure", error_message="step 3: bond < at its limit")
         write_result(cls.folder, "broken-run", "error", **failure)
         whole = (cls.folder / "derive-one.h5").read_bytes()
@@ -116,13 +140,18 @@ class WrittenReport(unittest.TestCase):
     def tearDownClass(cls):
         cls.scratch.cleanup()
 
+    def figure(self, start):
+        """The SVG whose description starts so."""
+        return re.search(rf'<svg[^>]*aria-label="{start}.*?</svg>', self.page, flags=re.DOTALL)[0]
+
     def test_succeeds_whatever_the_verdicts_and_names_the_page_last(self):
         self.assertEqual(self.ran.returncode, 0, self.ran.stderr)
         self.assertEqual(self.ran.stdout.splitlines()[-1], str(self.folder / "report.html"))
-        self.assertIn("9 cases: 2 pass, 1 fail, 6 error (5 unreadable)", self.ran.stdout)
+        self.assertIn("11 cases: 4 pass, 1 fail, 6 error (5 unreadable)", self.ran.stdout)
 
     def test_page_needs_nothing_from_outside(self):
-        self.assertNotRegex(self.page, r"""(?:src|href)\s*=\s*["'](?!#)""")
+        # Pictures within the SVG are part of the page.
+        self.assertNotRegex(self.page, r"""(?:src|href)\s*=\s*["'](?!#|data:image/png;base64,)""")
         self.assertNotRegex(self.page, r"@import|url\((?!#)|<img|<link|<script")
 
     def test_page_states_every_verdict(self):
@@ -138,9 +167,22 @@ class WrittenReport(unittest.TestCase):
             self.assertIn(f'<span class="id">{name}</span>', self.page)
             self.assertRegex(self.ran.stderr, rf"{name}: .+ \(.+\)\. .+")
 
-    def test_filament_has_a_figure_for_each_record_but_the_compared_stroke(self):
-        for start in ("Centre lines in the last", "How far the two laws", "The stroke", "Bond lengths", "Centre lines of one"):
+    def test_filaments_have_a_figure_for_each_record_but_the_compared_stroke(self):
+        own = "What each variant", "First harmonic", "Speed of the fluid at"
+        for start in (*own, "Centre lines in the last", "How far the two laws", "The stroke", "Bond lengths", "Centre lines of one"):
             self.assertEqual(len(re.findall(rf'aria-label="{start}', self.page)), 1, start)
+
+    def test_variants_are_named_as_the_case_names_them_and_one_that_broke_off_says_so(self):
+        drawn = re.findall(r"<text[^>]*>([^<]*)</text>", self.figure("What each variant"))
+        for text in ("box: wide", "nothing", "tau = 0.6", "broke off", "from the base: 0"):
+            self.assertIn(text, drawn)
+
+    def test_film_has_a_picture_for_each_phase_and_stays_small(self):
+        drawn = self.figure("Speed of the fluid at 8 phases")
+        self.assertEqual(drawn.count('href="data:image/png'), 8 + 1)  # and the colour bar
+        for phase in np.arange(1, 9) / 8:
+            self.assertIn(f">t = {phase:g} T<", drawn)
+        self.assertLess(len(drawn), 300_000)
 
     def test_text_of_files_is_escaped(self):
         self.assertIn("&lt;script&gt;alert(1)&lt;/script&gt;", self.page)
@@ -153,7 +195,7 @@ class WrittenReport(unittest.TestCase):
         self.assertLessEqual(set(re.findall(r"url\(#([^)]+)\)", self.page)), set(ids))
 
     def test_known_and_unknown_records_are_drawn(self):
-        self.assertEqual(self.page.count("<svg"), 2 + 5)  # of tensile-two and of filament-three
+        self.assertEqual(self.page.count("<svg"), 2 + 6 + 2)  # of tensile-two, filament-three and the two other filaments
 
     def test_record_too_short_for_a_figure_is_a_table(self):
         self.assertRegex(self.page, r'title="-0.059"')
