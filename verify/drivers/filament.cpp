@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -197,6 +198,12 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
        "sub-step over the linear limit 2/omega_max at rest"},
   };
 
+  const std::array<std::size_t, 4> phases = figure_phases(a);
+  for (std::size_t k = 0; k < phases.size(); ++k) {
+    seen.metrics.push_back({fmt::format("deviation_z_phase_{}", k + 1), deviation(a, b, phases[k], z0).z_max,
+                            "1",
+                            fmt::format("max |dz|/z0 between the laws at {}/4 of the last period", k + 1)});
+  }
   if (!a.film.empty()) seen.records.push_back(film_of(a));
   if (study.stroke.short_bond > 0.0) {
     seen.metrics.push_back({"share_short", a.share_short, "1",
@@ -237,6 +244,10 @@ engine::Study read_filament(const io::Section& top) {
   if (t.has("film")) study.stroke.film = t.integer("film", 1, 1000);
   std::vector<std::string> measures{"deviation_z_max",
                                     "deviation_z_rms",
+                                    "deviation_z_phase_1",
+                                    "deviation_z_phase_2",
+                                    "deviation_z_phase_3",
+                                    "deviation_z_phase_4",
                                     "deviation_lab_max",
                                     "deviation_swimming_max",
                                     "period_change",
