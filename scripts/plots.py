@@ -1051,6 +1051,7 @@ def modulus_deviation(result, record, key):
 
 
 FILM_COLUMNS = 2  # of panels
+FILM_ROOM = 40  # spacings of the flow that are shown around the filament
 FILM_SAMPLES = 200  # across a panel at most: more would be finer than the page and heavier than it may be
 FILM_COLOURS = matplotlib.colormaps["Blues"].resampled(64)  # more tell nobody anything and compress worse
 
@@ -1063,8 +1064,18 @@ def film(result, record, key):
     if len(y) < 2 or len(z) < 2 or len(phases) * len(y) * len(z) != len(record):
         return None
     order = np.lexsort((record["y"], record["z"], record["phase"]))
+    speed = record["speed"][order].reshape(len(phases), len(z), len(y))
+    lines = result.records.get("centre_lines")
+    with_line = drawable(lines, "phase", "y", "z")
+    if with_line:  # in a large box the filament would be a dot: what is around it is shown
+        near = [
+            np.abs(axis - np.mean(extent(lines[name]))) < np.ptp(lines[name]) / 2 + FILM_ROOM
+            for axis, name in ((y, "y"), (z, "z"))
+        ]
+        if all(axis.sum() >= 2 for axis in near):
+            y, z, speed = y[near[0]], z[near[1]], speed[:, near[1]][:, :, near[0]]
     every = -(-len(y) // FILM_SAMPLES)
-    speed = record["speed"][order].reshape(len(phases), len(z), len(y))[:, ::every, ::every]
+    speed = speed[:, ::every, ::every]
     y, z = y[::every], z[::every]
     half = 0.5 * (y[1] - y[0]), 0.5 * (z[1] - z[0])  # a sample is the middle of its square
     box = (y[0] - half[0], y[-1] + half[0], z[0] - half[1], z[-1] + half[1])
@@ -1072,8 +1083,6 @@ def film(result, record, key):
     tall = 0.5 * (WIDTH - 0.6) * (box[3] - box[2]) / (box[1] - box[0])  # inches of a panel
     drawing = figure.Figure(figsize=(WIDTH, min(rows * (tall + 0.08) + 1.1, 9.0)))
     panels = drawing.subplots(rows, FILM_COLUMNS, squeeze=False, sharex=True, sharey=True)
-    lines = result.records.get("centre_lines")
-    with_line = drawable(lines, "phase", "y", "z")
     # Slow flow fills most of the plane: the root gives it more of the colours.
     scale = PowerNorm(0.5, 0.0, extent(speed)[1] or 1.0)
     for axes, phase, seen in zip(panels.flat, phases, speed):
