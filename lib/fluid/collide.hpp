@@ -48,9 +48,9 @@ inline void collide(const Collision<Real>& law, V (&h)[Q]) {
   const V s3 = h[7] + h[8], s4 = h[9] + h[10], s5 = h[11] + h[12], s6 = h[13] + h[14];
   const V a3 = h[7] - h[8], a4 = h[9] - h[10], a5 = h[11] - h[12], a6 = h[13] - h[14];
   const V density = h[0] + (((s0 + s1) + s2) + ((s3 + s4) + (s5 + s6)));  // rho - 1
-  V jx = (h[1] - h[2]) + ((a3 + a4) + (a5 + a6));
-  V jy = (h[3] - h[4]) + ((a3 + a4) - (a5 + a6));
-  V jz = (h[5] - h[6]) + ((a3 - a4) + (a5 - a6));
+  const V jx = (h[1] - h[2]) + ((a3 + a4) + (a5 + a6));
+  const V jy = (h[3] - h[4]) + ((a3 + a4) - (a5 + a6));
+  const V jz = (h[5] - h[6]) + ((a3 - a4) + (a5 - a6));
 
   V Jx = jx, Jy = jy, Jz = jz;  // rho u
   if constexpr (second_order) {
@@ -62,21 +62,23 @@ inline void collide(const Collision<Real>& law, V (&h)[Q]) {
   const V Ux = Jx * inverse, Uy = Jy * inverse, Uz = Jz * inverse;
   const Real rate = law.omega / Real(24);
   V Nx = rate * Jx, Ny = rate * Jy, Nz = rate * Jz;
-  V Mx = Nx, My = Ny, Mz = Nz;
-  if constexpr (forced) {
-    const Real part = (second_order ? Real(1) - Real(0.5) * law.omega : Real(1)) / Real(24);
-    Mx += part * law.g[0];
-    My += part * law.g[1];
-    Mz += part * law.g[2];
-    if constexpr (second_order) {
-      Nx += Real(2) * part * law.g[0];
-      Ny += Real(2) * part * law.g[1];
-      Nz += Real(2) * part * law.g[2];
-    }
-    jx += law.g[0];  // momentum after the collision
-    jy += law.g[1];
-    jz += law.g[2];
+  const Real part = (second_order ? Real(1) - Real(0.5) * law.omega : Real(1)) / Real(24);
+  if constexpr (second_order) {
+    Nx += Real(2) * part * law.g[0];
+    Ny += Real(2) * part * law.g[1];
+    Nz += Real(2) * part * law.g[2];
   }
+  // 3 w c.M of a diagonal pair out of c.N: what is between them is the same for all nodes.
+  const Real between = second_order ? -part : part;
+  const auto from_N = [&](const V& along, int y, int z) {
+    if constexpr (!forced) return along;
+    return along + between * (law.g[0] + Real(y) * law.g[1] + Real(z) * law.g[2]);
+  };
+  // Half of the momentum after the collision, less what the diagonal pairs take of it.
+  const auto half_of = [&](const V& j, Real g, const V& taken) {
+    if constexpr (!forced) return multiply_add(half, j, -taken);
+    return multiply_add(half, j, Real(0.5) * g - taken);
+  };
 
   const V xx = Ux * Nx, yy = Uy * Ny, zz = Uz * Nz;
   const V eight = all(Real(8));
@@ -86,19 +88,19 @@ inline void collide(const Collision<Real>& law, V (&h)[Q]) {
   const V e1 = multiply_add(k, s1, multiply_add(eight, yy, base8));
   const V e2 = multiply_add(k, s2, multiply_add(eight, zz, base8));
   const V Up = Ux + Uy, Um = Ux - Uy, Np = Nx + Ny, Nm = Nx - Ny;
-  const V e3 = multiply_add(k, s3, multiply_add(Up + Uz, Np + Nz, base));
-  const V e4 = multiply_add(k, s4, multiply_add(Up - Uz, Np - Nz, base));
-  const V e5 = multiply_add(k, s5, multiply_add(Um + Uz, Nm + Nz, base));
-  const V e6 = multiply_add(k, s6, multiply_add(Um - Uz, Nm - Nz, base));
-  const V Mp = Mx + My, Mm = Mx - My;
-  const V o3 = multiply_add(k, a3, Mp + Mz);
-  const V o4 = multiply_add(k, a4, Mp - Mz);
-  const V o5 = multiply_add(k, a5, Mm + Mz);
-  const V o6 = multiply_add(k, a6, Mm - Mz);
+  const V N3 = Np + Nz, N4 = Np - Nz, N5 = Nm + Nz, N6 = Nm - Nz;  // c.N
+  const V e3 = multiply_add(k, s3, multiply_add(Up + Uz, N3, base));
+  const V e4 = multiply_add(k, s4, multiply_add(Up - Uz, N4, base));
+  const V e5 = multiply_add(k, s5, multiply_add(Um + Uz, N5, base));
+  const V e6 = multiply_add(k, s6, multiply_add(Um - Uz, N6, base));
+  const V o3 = multiply_add(k, a3, from_N(N3, 1, 1));
+  const V o4 = multiply_add(k, a4, from_N(N4, 1, -1));
+  const V o5 = multiply_add(k, a5, from_N(N5, -1, 1));
+  const V o6 = multiply_add(k, a6, from_N(N6, -1, -1));
   const V o34 = o3 + o4, o56 = o5 + o6;
-  const V o0 = multiply_add(half, jx, -(o34 + o56));
-  const V o1 = multiply_add(half, jy, o56 - o34);
-  const V o2 = multiply_add(half, jz, (o4 - o3) + (o6 - o5));
+  const V o0 = half_of(jx, law.g[0], o34 + o56);
+  const V o1 = half_of(jy, law.g[1], o34 - o56);
+  const V o2 = half_of(jz, law.g[2], (o3 - o4) + (o5 - o6));
 
   h[0] = multiply_add(all(Real(-2)), ((e0 + e1) + e2) + ((e3 + e4) + (e5 + e6)), density);
   h[1] = e0 + o0;
