@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cmath>
-#include <numbers>
 
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"

@@ -66,7 +66,6 @@ Stroke read_stroke(const io::Section& top) {
 Stroke varied(const Stroke& base, const io::Section& variant) {
   Stroke s = base;
   if (variant.has("fluid")) {
-    const io::Section top = variant;
     const io::Section fluid = variant.table("fluid");
     if (fluid.has("relaxation_time")) {
       s.fluid.relaxation_time = fluid.number("relaxation_time");
