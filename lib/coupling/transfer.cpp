@@ -157,4 +157,16 @@ std::int64_t Transfer::width() const {
   return visit(delta_, [](auto kernel) -> std::int64_t { return decltype(kernel)::width; });
 }
 
+void add_further_rounds(const Transfer& transfer, const Positions& slip, double marker_volume, int iterations,
+                        Positions& to) {
+  if (iterations == 1) return;
+  Positions missing = slip, given, answered;
+  for (int round = 1; round < iterations; ++round) {
+    transfer.spread(marker_volume * missing, given);
+    transfer.interpolate(given, answered);
+    missing -= answered;
+    to += missing;
+  }
+}
+
 }  // namespace veriflex::coupling

@@ -55,10 +55,10 @@ struct Cuts {
   std::vector<Gain> gains;
 };
 
-/// The first axis whose wall the link from `at` along c(q) crosses, or -1.
-int crossed_wall(const Spec& spec, const std::array<std::int64_t, 3>& at, int q) {
+/// The first axis whose wall the link from `at` along sign c(q) crosses, or -1.
+int crossed_wall(const Spec& spec, const std::array<std::int64_t, 3>& at, int q, int sign = 1) {
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::int64_t to = at[axis] + velocity(q)[axis];
+    const std::int64_t to = at[axis] + sign * velocity(q)[axis];
     if (spec.walls[axis] && (to < 0 || to >= spec.grid.size[axis])) return static_cast<int>(axis);
   }
   return -1;
@@ -266,20 +266,11 @@ class FluidOf final : public Fluid {
     return lattice_.slots[q] + (node - x) + place_[static_cast<std::size_t>(x)];
   }
 
-  /// Whether the place c(q) away from `at`, or that much the other way, is behind a wall.
-  bool behind_wall(const std::array<std::int64_t, 3>& at, int q, int sign) const {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::int64_t to = at[axis] + sign * velocity(q)[axis];
-      if (lattice_.closed[axis] && (to < 0 || to >= spec_.grid.size[axis])) return true;
-    }
-    return false;
-  }
-
   /// Where population q of this node stands before the step to come.
   Real* arriving(int q, std::int64_t node) const {
     if (!odd()) return slot(q, node);
     const auto at = spec_.grid.node(node);
-    if (behind_wall(at, q, -1)) return slot(q, node);
+    if (crossed_wall(spec_, at, q, -1) >= 0) return slot(q, node);
     return slot(opposite(q), neighbour(spec_.grid, at, q, -1));
   }
 
@@ -315,7 +306,7 @@ class FluidOf final : public Fluid {
         const double kick = 3.0 * w(q) *
                             (g[0] * static_cast<double>(v[0]) + g[1] * static_cast<double>(v[1]) +
                              g[2] * static_cast<double>(v[2]));
-        const bool stays = !odd() || behind_wall(at, q, 1);
+        const bool stays = !odd() || crossed_wall(spec_, at, q) >= 0;
         Real* const target = stays ? slot(opposite(q), node) : slot(q, neighbour(spec_.grid, at, q));
         *target += static_cast<Real>(kick);
       }
@@ -330,6 +321,10 @@ class FluidOf final : public Fluid {
 };
 
 }  // namespace
+
+std::array<bool, 3> closed(const Spec& spec) {
+  return {spec.walls[0].has_value(), spec.walls[1].has_value(), spec.walls[2].has_value()};
+}
 
 Populations equilibrium(double rho, const Vec3& u) {
   Populations h;

@@ -43,6 +43,9 @@ struct Spec {
   std::vector<std::int64_t> obstacle{};  // nodes inside of solid voxels, half-way bounce-back around them
 };
 
+/// Axes with walls.
+std::array<bool, 3> closed(const Spec& spec);
+
 /// The deviations f - w of one node.
 using Populations = std::array<double, Q>;
 

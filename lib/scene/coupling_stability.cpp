@@ -67,12 +67,9 @@ class Step {
     const auto markers = static_cast<Eigen::Index>(nodes_.size());
     Positions W = Eigen::Map<const Positions>(state.data() + 2 * freedom_.count, markers, 3);
 
-    Positions missing = W - at_markers(v);
     Positions wanted = W;
-    for (int round = 1; round < coupling_.iterations; ++round) {
-      missing -= coupling_.marker_volume * exchanged(missing);
-      wanted += missing;
-    }
+    coupling::add_further_rounds(transfer_, W - at_markers(v), coupling_.marker_volume, coupling_.iterations,
+                                 wanted);
     Positions force = coupling_.marker_volume * (wanted - at_markers(v));
     Positions mean = Positions::Zero(markers, 3);
     for (int i = 0; i < substeps_; ++i) {

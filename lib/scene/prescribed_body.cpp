@@ -3,10 +3,7 @@
 namespace veriflex::scene {
 
 PrescribedBody::PrescribedBody(const fluid::Spec& fluid, const Forcing& forcing)
-    : forcing_(forcing),
-      transfer_(fluid.grid,
-                {fluid.walls[0].has_value(), fluid.walls[1].has_value(), fluid.walls[2].has_value()},
-                forcing.delta) {}
+    : forcing_(forcing), transfer_(fluid.grid, closed(fluid), forcing.delta) {}
 
 void PrescribedBody::place(const Positions& X) { transfer_.locate(X); }
 
@@ -14,14 +11,9 @@ void PrescribedBody::advance(fluid::Fluid& fluid, const Vec3& velocity) {
   fluid.velocities(transfer_.nodes(), at_nodes_);
   transfer_.interpolate(at_nodes_, slip_);
   slip_.rowwise() -= velocity.transpose();
-  force_ = forcing_.marker_volume * slip_;
-  Positions left = slip_, given;
-  for (int round = 1; round < forcing_.iterations; ++round) {
-    transfer_.spread(forcing_.marker_volume * left, spread_);
-    transfer_.interpolate(spread_, given);
-    left -= given;
-    force_ += forcing_.marker_volume * left;
-  }
+  force_ = slip_;
+  coupling::add_further_rounds(transfer_, slip_, forcing_.marker_volume, forcing_.iterations, force_);
+  force_ *= forcing_.marker_volume;
   transfer_.spread(-force_, spread_);
   fluid.collide_and_stream({transfer_.nodes(), &spread_});
 }

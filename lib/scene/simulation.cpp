@@ -48,10 +48,6 @@ std::vector<std::int32_t> listed_nodes(const solid::Network& network, std::vecto
 
 }  // namespace
 
-std::array<bool, 3> closed(const fluid::Spec& spec) {
-  return {spec.walls[0].has_value(), spec.walls[1].has_value(), spec.walls[2].has_value()};
-}
-
 Positions turned(const Positions& body, int axis) {
   Positions box(body.rows(), 3);
   for (int i = 0; i < 3; ++i) box.col((i + axis + 1) % 3) = body.col(i);  // z, the last, goes to `axis`
@@ -109,16 +105,7 @@ void Simulation::advance() {
       slip_(row, axis) = wanted_(row, axis) - motion_.half_velocity()(coupled_[i], axis);
     }
   }
-  // Each further round adds the slip that the force so far would leave in the fluid: u_f - V
-  // interpolate(spread(F)).
-  Positions missing = slip_;
-  for (int round = 1; round < coupling_.iterations; ++round) {
-    Positions left;
-    transfer_.spread(coupling_.marker_volume * missing, spread_);
-    transfer_.interpolate(spread_, left);
-    missing -= left;
-    wanted_ += missing;
-  }
+  coupling::add_further_rounds(transfer_, slip_, coupling_.marker_volume, coupling_.iterations, wanted_);
   watch.lap(seconds_.coupling);
 
   motion_.step({coupled_, wanted_, coupling_.marker_volume, coupling_.live}, exchanged_);

@@ -19,9 +19,6 @@ namespace veriflex::scene {
 /// Rows of the body's coordinates turned such that its z axis points along `axis`; a rotation, no reflection.
 Positions turned(const Positions& body, int axis);
 
-/// Axes with walls.
-std::array<bool, 3> closed(const fluid::Spec& spec);
-
 /// The nodes that exchange momentum, in ascending order. Throws BadParameter when a listed node is not in the
 /// network or listed twice.
 std::vector<std::int32_t> coupled_nodes(const solid::Network& network, const CouplingSpec& coupling);

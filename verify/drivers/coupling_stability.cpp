@@ -211,14 +211,11 @@ Point read_point(const io::Section& t, double relaxation_time) {
               .substeps = static_cast<int>(t.integer("substeps", 1, 1000)),
               .live = t.flag("live", false),
               .stiffness = t.number("stiffness", 1.0),
-              .relaxation_time = t.number("relaxation_time", relaxation_time),
+              .relaxation_time = t.has("relaxation_time") ? engine::read_relaxation_time(t) : relaxation_time,
               .node_mass = t.number_if("node_mass")};
   if (!(point.stiffness > 0.0))
     t.fail("stiffness", fmt::format("'stiffness' is {}", point.stiffness), "it must be positive",
            "1 is the body's own");
-  if (!(point.relaxation_time > 0.5))
-    t.fail("relaxation_time", fmt::format("'relaxation_time' is {}", point.relaxation_time),
-           "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5");
   if (point.node_mass && !(*point.node_mass > 0.0))
     t.fail("node_mass", fmt::format("'node_mass' is {}", *point.node_mass), "it must be positive",
            "Give more than 0");

@@ -15,13 +15,6 @@ Driven read_driven(const io::Section& t) {
   return t.choice("driven", {"node", "section"}) == "section" ? Driven::Section : Driven::Node;
 }
 
-Vec3 read_offset(const io::Section& t) {
-  const std::vector<double> offset = t.numbers("offset");
-  if (offset.size() != 3)
-    t.fail("offset", "'offset' is no vector", "it has x, y and z", "Give three numbers");
-  return {offset[0], offset[1], offset[2]};
-}
-
 void need_positive(const io::Section& t, const std::string& key, double value) {
   if (value > 0.0) return;
   t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give more than 0");
@@ -46,7 +39,7 @@ Stroke read_stroke(const io::Section& top) {
                 .node_mass = t.number("node_mass"),
                 .substeps = {.count = read_substeps(t), .safety = 0.0},
                 .coupling = engine::read_coupling(top),
-                .offset = t.has("offset") ? read_offset(t) : Vec3(Vec3::Zero()),
+                .offset = t.has("offset") ? engine::read_vector(t, "offset") : Vec3(Vec3::Zero()),
                 .amplitude = t.number("amplitude"),
                 .reynolds = t.number("reynolds"),
                 .driven = t.has("driven") ? read_driven(t) : Driven::Node,
@@ -67,13 +60,7 @@ Stroke varied(const Stroke& base, const io::Section& variant) {
   Stroke s = base;
   if (variant.has("fluid")) {
     const io::Section fluid = variant.table("fluid");
-    if (fluid.has("relaxation_time")) {
-      s.fluid.relaxation_time = fluid.number("relaxation_time");
-      if (!(s.fluid.relaxation_time > 0.5)) {
-        fluid.fail("relaxation_time", fmt::format("'relaxation_time' is {}", s.fluid.relaxation_time),
-                   "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5");
-      }
-    }
+    if (fluid.has("relaxation_time")) s.fluid.relaxation_time = engine::read_relaxation_time(fluid);
     if (fluid.has("nodes")) s.fluid.grid.size = engine::read_box(fluid);
     if (fluid.flag("closed", false)) s.fluid.walls = {fluid::Walls{}, fluid::Walls{}, fluid::Walls{}};
   }
@@ -84,7 +71,7 @@ Stroke varied(const Stroke& base, const io::Section& variant) {
     const io::Section t = variant.table("filament");
     if (t.has("substeps")) s.substeps.count = read_substeps(t);
     if (t.has("driven")) s.driven = read_driven(t);
-    if (t.has("offset")) s.offset = read_offset(t);
+    if (t.has("offset")) s.offset = engine::read_vector(t, "offset");
     s.ramp_periods = t.number("ramp_periods", s.ramp_periods);
     if (t.has("amplitude")) {
       const double amplitude = t.number("amplitude");

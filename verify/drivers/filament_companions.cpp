@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "drivers/drivers.hpp"
 #include "drivers/filament_case.hpp"
@@ -72,24 +73,26 @@ Record empty_record() {
            {"swum", "", "L", "along y in the last period, law of [bond]", {}}}};
 }
 
-void report(const Variant& variant, const Effect& effect, Record& record, Observations& seen) {
+/// The row and the metrics of a variant; `why` it broke off when it has no effect.
+void report(const Variant& variant, const std::optional<Effect>& effect, const std::string& why,
+            Record& record, Observations& seen) {
   const auto number = static_cast<double>(record.columns.front().values.size());
-  record.append({number, 1.0, effect.law.z_max, effect.law.moved_max, effect.between_laws.z_max,
-                 effect.between_laws.moved_max, effect.swum});
-  seen.metrics.push_back({"effect_" + variant.name, effect.law.z_max, "1",
-                          fmt::format("max |dz|/z0 from the base, law of [bond]: {}", variant.label)});
-  seen.metrics.push_back({"law_deviation_" + variant.name, effect.between_laws.z_max, "1",
-                          fmt::format("max |dz|/z0 between the laws: {}", variant.label)});
-}
-
-void report_failure(const Variant& variant, const std::string& why, Record& record, Observations& seen) {
-  const auto number = static_cast<double>(record.columns.front().values.size());
-  record.append({number, 0.0, NAN, NAN, NAN, NAN, NAN});
+  std::vector<double> row{number, 0.0, NAN, NAN, NAN, NAN, NAN};
+  if (effect) {
+    row = {number,
+           1.0,
+           effect->law.z_max,
+           effect->law.moved_max,
+           effect->between_laws.z_max,
+           effect->between_laws.moved_max,
+           effect->swum};
+  }
+  record.append(row);
+  const std::string label = effect ? variant.label : fmt::format("{} ({})", variant.label, why);
   seen.metrics.push_back(
-      {"effect_" + variant.name, NAN, "1",
-       fmt::format("max |dz|/z0 from the base, law of [bond]: {} ({})", variant.label, why)});
-  seen.metrics.push_back({"law_deviation_" + variant.name, NAN, "1",
-                          fmt::format("max |dz|/z0 between the laws: {} ({})", variant.label, why)});
+      {"effect_" + variant.name, row[2], "1", "max |dz|/z0 from the base, law of [bond]: " + label});
+  seen.metrics.push_back(
+      {"law_deviation_" + variant.name, row[4], "1", "max |dz|/z0 between the laws: " + label});
 }
 
 Observations run(const Companions& study, Progress& progress, engine::Cost& cost) {
@@ -112,7 +115,7 @@ Observations run(const Companions& study, Progress& progress, engine::Cost& cost
                          ? run_with(variant.stroke, study.compared, variant.label, progress)
                          : base.compared;
       const Effect effect = effect_of(variant, now, study, base);
-      report(variant, effect, record, seen);
+      report(variant, effect, "", record, seen);
       if (variant.numerical)
         uncertainty = std::max(uncertainty, std::abs(effect.between_laws.z_max - between.z_max));
       if (variant.stroke.amplitude < (smallest ? smallest->stroke : study.base).amplitude) {
@@ -121,7 +124,7 @@ Observations run(const Companions& study, Progress& progress, engine::Cost& cost
       }
     } catch (const NumericalFailure& failure) {
       failures += 1.0;
-      report_failure(variant, failure.what(), record, seen);
+      report(variant, std::nullopt, failure.what(), record, seen);
     }
     cost.finish(variant.label);
   }

@@ -123,7 +123,7 @@ double resistance_of(const Stroke& stroke) {
     markers.row(row) = coupling.origin.transpose() + body.network.rest.row(coupled[i]);
     if (std::abs(body.network.rest(coupled[i], 1) - along) < 0.5 * stroke.rod.spacing) middle.push_back(row);
   }
-  coupling::Transfer transfer(stroke.fluid.grid, scene::closed(stroke.fluid), coupling.delta);
+  coupling::Transfer transfer(stroke.fluid.grid, fluid::closed(stroke.fluid), coupling.delta);
   transfer.locate(markers);
   Positions spread, back;
   transfer.spread(Positions::Ones(markers.rows(), 3), spread);

@@ -99,10 +99,6 @@ scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, dou
   return {.shape = solid::Block{read_nodes(table, shape), spacing}, .angle_stiffness = angle_stiffness};
 }
 
-namespace {
-
-constexpr std::int64_t most_fluid_nodes = 1'000'000;  // along one axis
-
 Vec3 read_vector(const io::Section& table, const std::string& key) {
   const std::vector<double> v = table.numbers(key);
   if (v.size() != 3) {
@@ -111,6 +107,19 @@ Vec3 read_vector(const io::Section& table, const std::string& key) {
   }
   return {v[0], v[1], v[2]};
 }
+
+double read_relaxation_time(const io::Section& table) {
+  const double tau = table.number("relaxation_time");
+  if (!(tau > 0.5)) {
+    table.fail("relaxation_time", fmt::format("'relaxation_time' is {}", tau),
+               "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5, for example 1.0");
+  }
+  return tau;
+}
+
+namespace {
+
+constexpr std::int64_t most_fluid_nodes = 1'000'000;  // along one axis
 
 std::optional<fluid::Walls> read_walls(const io::Section& fluid, std::size_t axis) {
   const std::string key = fmt::format("walls_{}", "xyz"[axis]);
@@ -181,13 +190,7 @@ fluid::Spec read_fluid(const io::Section& top, Varied varied) {
   const io::Section table = top.table("fluid");
   fluid::Spec spec{.grid = {{1, 1, 1}}, .relaxation_time = 1.0};
   if (varied == Varied::Nothing) spec.grid.size = read_box(table);
-  if (varied != Varied::NodesAndRelaxationTime) {
-    spec.relaxation_time = table.number("relaxation_time");
-    if (!(spec.relaxation_time > 0.5)) {
-      table.fail("relaxation_time", fmt::format("'relaxation_time' is {}", spec.relaxation_time),
-                 "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5, for example 1.0");
-    }
-  }
+  if (varied != Varied::NodesAndRelaxationTime) spec.relaxation_time = read_relaxation_time(table);
   if (table.has("storage") && table.choice("storage", {"double", "float"}) == "float") {
     spec.storage = fluid::Storage::Float;
   }

@@ -28,6 +28,12 @@ double read_angle_stiffness(const io::Section& top);
 enum class Varied { Nothing, Nodes, NodesAndRelaxationTime };
 fluid::Spec read_fluid(const io::Section& top, Varied varied = Varied::Nothing);
 
+/// Three numbers.
+Vec3 read_vector(const io::Section& table, const std::string& key);
+
+/// `relaxation_time`, more than 1/2.
+double read_relaxation_time(const io::Section& table);
+
 /// `nodes` of [fluid]: three numbers.
 std::array<std::int64_t, 3> read_box(const io::Section& fluid);
 

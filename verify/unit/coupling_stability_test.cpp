@@ -57,7 +57,7 @@ TEST_CASE("A fluid that forgets is the limit S = 0") {
   CHECK(mass == Approx(0.26 / 4.0 + 0.5).epsilon(1e-4));
 }
 
-TEST_CASE("A held force through ever finer sub-steps needs omega < tan(omega/2); a live one does not") {
+TEST_CASE("A held force through ever finer sub-steps needs omega < tan(omega/2), and a live one does not") {
   // One step of an oscillator under the constant force - v(0) has determinant 1 - sin(omega)/omega and trace
   // 2 cos(omega) - sin(omega)/omega: an eigenvalue passes through -1 where omega = tan(omega/2).
   const double limit =

@@ -116,7 +116,8 @@ void check_last_good_stroke(const io::Hdf5File& file) {
 
 }  // namespace
 
-TEST_CASE("A bond at its limit stops the run with its nodes, length and bound; the last good state is kept") {
+TEST_CASE(
+    "A bond at its limit stops the run with its nodes, length and bound, and the last good state is kept") {
   const Folder folder;
   break_off(folder, replaced(filament, "mach_limit = 0.3", "mach_limit = 1.0"),
             "fene-lj: step [0-9]+: bond of nodes [0-9]+ and [0-9]+ has length [0-9.]+, "
@@ -175,7 +176,7 @@ TEST_CASE("A node whose support leaves a walled box stops the run with its place
   check_last_good_stroke(file);
 }
 
-TEST_CASE("A velocity that is no number stops the run with its node; the last good fluid is kept") {
+TEST_CASE("A velocity that is no number stops the run with its node, and the last good fluid is kept") {
   const Folder folder;
   std::string text = io::read_file(VERIFLEX_SOURCE_DIR "/cases/conservation-periodic.toml");
   text = replaced(replaced(text, "id = \"conservation-periodic\"", "id = \"bad\""), "velocity = 0.01",

@@ -37,7 +37,7 @@ TEST_CASE("The plate's flow has its velocity, and its shear stress on both sides
   CHECK(std::abs(-2.0 * nu * slope / engine::oscillating_plate_force(height, omega, nu) - 1.0) < 1e-4);
 }
 
-TEST_CASE("Fast, a cylinder has its added mass and the drag of plates; slow, Stokes' logarithm") {
+TEST_CASE("Fast, a cylinder has its added mass and the drag of plates, and slow it has Stokes' logarithm") {
   const double a = 3.0, nu = 0.1;
   const double fast = 1e3;
   const Complex k = std::sqrt(Complex(0.0, fast / nu));

@@ -17,6 +17,8 @@ const Block block{{3, 4, 5}, 1.0};  // 60 nodes, 133 bonds: no two kinds of arra
 constexpr std::size_t nodes = 60;
 constexpr std::size_t bonds = 133;
 constexpr std::size_t vector_size = 3 * sizeof(double);
+// What Eigen asks for beyond an array where it aligns by hand, as it does under AddressSanitizer.
+constexpr std::size_t padding = EIGEN_MALLOC_ALREADY_ALIGNED ? 0 : EIGEN_DEFAULT_ALIGN_BYTES;
 
 Network lattice(bool with_angles) {
   Network network = cubic_lattice(block);
@@ -27,10 +29,10 @@ Network lattice(bool with_angles) {
 Positions zero() { return Positions::Zero(nodes, 3); }
 
 std::ptrdiff_t arrays_per_node(const std::vector<std::size_t>& sizes) {
-  return std::count(sizes.begin(), sizes.end(), nodes * vector_size);
+  return std::count(sizes.begin(), sizes.end(), nodes * vector_size + padding);
 }
 std::ptrdiff_t arrays_per_bond(const std::vector<std::size_t>& sizes) {
-  return std::count(sizes.begin(), sizes.end(), bonds * vector_size);
+  return std::count(sizes.begin(), sizes.end(), bonds * vector_size + padding);
 }
 
 // A law that counts what is asked of it.
@@ -86,7 +88,7 @@ TEST_CASE("Without an angle stiffness no angle list is built and no angle is loo
   CHECK_FALSE(evaluate(0.025, with));
 }
 
-TEST_CASE("A static evaluation has one array per node, the force; a second one allocates nothing") {
+TEST_CASE("A static evaluation has one array per node, the force, and a second one allocates nothing") {
   for (const bool with_angles : {false, true}) {
     const Network network = lattice(with_angles);
     const Positions u = zero();
@@ -105,7 +107,7 @@ TEST_CASE("A static evaluation has one array per node, the force; a second one a
   }
 }
 
-TEST_CASE("A free body carries displacement, velocity and force; a held or loaded one what that needs") {
+TEST_CASE("A free body carries displacement, velocity and force, a held or loaded one what that needs") {
   const Network network = lattice(true);
   const Positions still = zero();
   const auto arrays = [&](const Conditions& conditions) {
@@ -113,7 +115,7 @@ TEST_CASE("A free body carries displacement, velocity and force; a held or loade
     const std::vector<std::size_t> sizes = allocations_of([&] {
       motion.emplace(Material{harmonic, 0.025}, network, conditions, 0.5, Substeps{}, still, still);
     });
-    return std::pair(arrays_per_node(sizes), std::count(sizes.begin(), sizes.end(), 3 * nodes));
+    return std::pair(arrays_per_node(sizes), std::count(sizes.begin(), sizes.end(), 3 * nodes + padding));
   };
   const auto [free, free_holds] = arrays({});
   CHECK(free == 4);  // and, for a moment, the first kick
