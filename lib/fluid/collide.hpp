@@ -7,6 +7,7 @@
 /// that add up to one: in float such sums are off by 1e-8, and that error would grow with every step.
 #pragma once
 
+#include <cstddef>
 #include <type_traits>
 
 #include "fluid/lanes.hpp"
@@ -23,11 +24,46 @@ struct FirstOrderForce {};
 /// The velocity is (sum f c + g/2) / rho, the source (1 - omega/2) w [3 (c - u) + 9 (c.u) c].g
 struct GuoForce {};
 
+/// What a collision needs beside the populations, computed once: divisions and products of constants would
+/// otherwise be repeated for every vector of nodes, because the compiler cannot know that storing a
+/// population leaves them as they are.
 template <class Real>
 struct Collision {
-  Real omega;  // 1/tau
-  Real g[3];   // body force per volume  [M L^-2 T^-2]
+  Real k;           // (1 - omega)/2, omega = 1/tau
+  Real omega_24;    // omega/24
+  Real omega_72;    // omega/72
+  Real half_g[3];   // half of the body force per volume  [M L^-2 T^-2]
+  Real N_force[3];  // what the force adds to N, over 24
+  Real o_force[4];  // what it adds to o of the diagonal pairs beyond N
 };
+
+enum class Forcing { None, FirstOrder, Guo };
+
+/// `g`: body force per volume  [M L^-2 T^-2].
+template <class Real>
+Collision<Real> collision(double relaxation_time, Forcing forcing, const double (&g)[3]) {
+  const Real omega = static_cast<Real>(1.0 / relaxation_time);
+  Collision<Real> law{.k = Real(0.5) * (Real(1) - omega),
+                      .omega_24 = omega / Real(24),
+                      .omega_72 = omega / Real(72),
+                      .half_g = {},
+                      .N_force = {},
+                      .o_force = {}};
+  const bool second_order = forcing == Forcing::Guo;
+  const Real part = (second_order ? Real(1) - Real(0.5) * omega : Real(1)) / Real(24);
+  const Real beyond_N = second_order ? -part : part;
+  for (int i = 0; i < 3; ++i) {
+    law.half_g[i] = Real(0.5) * static_cast<Real>(g[i]);
+    if (second_order) law.N_force[i] = Real(2) * part * static_cast<Real>(g[i]);
+  }
+  for (std::size_t pair = 0; pair < 4; ++pair) {
+    const auto& v = c[7 + 2 * pair];
+    law.o_force[pair] =
+        beyond_N * (Real(v[0]) * static_cast<Real>(g[0]) + Real(v[1]) * static_cast<Real>(g[1]) +
+                    Real(v[2]) * static_cast<Real>(g[2]));
+  }
+  return law;
+}
 
 /// h holds the populations before the collision, and after it those that leave: h[q] along c[q].
 ///
@@ -37,11 +73,11 @@ struct Collision {
 /// where M = omega J, N = M without force. Everything is scaled such that most constants disappear: U = 3/2
 /// u, and M and N over 24, so that 3 w c.M = c.M and 9/2 w (c.u)(c.N) = (c.U)(c.N) for the diagonal pairs.
 template <class Force, class Real, class V>
-inline void collide(const Collision<Real>& law, V (&h)[Q]) {
+[[gnu::always_inline]] inline void collide(const Collision<Real>& law, V (&h)[Q]) {
   constexpr bool forced = !std::is_same_v<Force, NoForce>;
   constexpr bool second_order = std::is_same_v<Force, GuoForce>;
   const auto all = [](Real value) { return V{} + value; };
-  const V k = all(Real(0.5) * (Real(1) - law.omega));
+  const V k = all(law.k);
   const V half = all(Real(0.5));
 
   const V s0 = h[1] + h[2], s1 = h[3] + h[4], s2 = h[5] + h[6];
@@ -54,35 +90,32 @@ inline void collide(const Collision<Real>& law, V (&h)[Q]) {
 
   V Jx = jx, Jy = jy, Jz = jz;  // rho u
   if constexpr (second_order) {
-    Jx += Real(0.5) * law.g[0];
-    Jy += Real(0.5) * law.g[1];
-    Jz += Real(0.5) * law.g[2];
+    Jx += law.half_g[0];
+    Jy += law.half_g[1];
+    Jz += law.half_g[2];
   }
   const V inverse = Real(1.5) / (Real(1) + density);
   const V Ux = Jx * inverse, Uy = Jy * inverse, Uz = Jz * inverse;
-  const Real rate = law.omega / Real(24);
-  V Nx = rate * Jx, Ny = rate * Jy, Nz = rate * Jz;
-  const Real part = (second_order ? Real(1) - Real(0.5) * law.omega : Real(1)) / Real(24);
+  V Nx = law.omega_24 * Jx, Ny = law.omega_24 * Jy, Nz = law.omega_24 * Jz;
   if constexpr (second_order) {
-    Nx += Real(2) * part * law.g[0];
-    Ny += Real(2) * part * law.g[1];
-    Nz += Real(2) * part * law.g[2];
+    Nx += law.N_force[0];
+    Ny += law.N_force[1];
+    Nz += law.N_force[2];
   }
   // 3 w c.M of a diagonal pair out of c.N: what is between them is the same for all nodes.
-  const Real between = second_order ? -part : part;
-  const auto from_N = [&](const V& along, int y, int z) {
+  const auto from_N = [&](const V& along, int pair) {
     if constexpr (!forced) return along;
-    return along + between * (law.g[0] + Real(y) * law.g[1] + Real(z) * law.g[2]);
+    return along + law.o_force[pair];
   };
   // Half of the momentum after the collision, less what the diagonal pairs take of it.
-  const auto half_of = [&](const V& j, Real g, const V& taken) {
+  const auto half_of = [&](const V& j, int axis, const V& taken) {
     if constexpr (!forced) return multiply_add(half, j, -taken);
-    return multiply_add(half, j, Real(0.5) * g - taken);
+    return multiply_add(half, j, law.half_g[axis] - taken);
   };
 
   const V xx = Ux * Nx, yy = Uy * Ny, zz = Uz * Nz;
   const V eight = all(Real(8));
-  const V base = multiply_add(all(Real(-1) / Real(3)), (xx + yy) + zz, (law.omega / Real(72)) * density);
+  const V base = multiply_add(all(Real(-1) / Real(3)), (xx + yy) + zz, law.omega_72 * density);
   const V base8 = eight * base;
   const V e0 = multiply_add(k, s0, multiply_add(eight, xx, base8));
   const V e1 = multiply_add(k, s1, multiply_add(eight, yy, base8));
@@ -93,14 +126,14 @@ inline void collide(const Collision<Real>& law, V (&h)[Q]) {
   const V e4 = multiply_add(k, s4, multiply_add(Up - Uz, N4, base));
   const V e5 = multiply_add(k, s5, multiply_add(Um + Uz, N5, base));
   const V e6 = multiply_add(k, s6, multiply_add(Um - Uz, N6, base));
-  const V o3 = multiply_add(k, a3, from_N(N3, 1, 1));
-  const V o4 = multiply_add(k, a4, from_N(N4, 1, -1));
-  const V o5 = multiply_add(k, a5, from_N(N5, -1, 1));
-  const V o6 = multiply_add(k, a6, from_N(N6, -1, -1));
+  const V o3 = multiply_add(k, a3, from_N(N3, 0));
+  const V o4 = multiply_add(k, a4, from_N(N4, 1));
+  const V o5 = multiply_add(k, a5, from_N(N5, 2));
+  const V o6 = multiply_add(k, a6, from_N(N6, 3));
   const V o34 = o3 + o4, o56 = o5 + o6;
-  const V o0 = half_of(jx, law.g[0], o34 + o56);
-  const V o1 = half_of(jy, law.g[1], o34 - o56);
-  const V o2 = half_of(jz, law.g[2], (o3 - o4) + (o5 - o6));
+  const V o0 = half_of(jx, 0, o34 + o56);
+  const V o1 = half_of(jy, 1, o34 - o56);
+  const V o2 = half_of(jz, 2, (o3 - o4) + (o5 - o6));
 
   h[0] = multiply_add(all(Real(-2)), ((e0 + e1) + e2) + ((e3 + e4) + (e5 + e6)), density);
   h[1] = e0 + o0;

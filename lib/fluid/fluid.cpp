@@ -141,11 +141,11 @@ class FluidOf final : public Fluid {
     lattice_.ny = grid.size[1];
     lattice_.nz = grid.size[2];
     lattice_.lanes = lanes_for<Real>(grid.size[0]);
-    lattice_.law = {static_cast<Real>(1.0 / spec_.relaxation_time), {}};
-    for (int axis = 0; axis < 3; ++axis) lattice_.law.g[axis] = static_cast<Real>(spec_.body_force[axis]);
     lattice_.forcing = spec_.body_force.isZero(0.0)         ? Forcing::None
                        : spec_.scheme == Scheme::FirstOrder ? Forcing::FirstOrder
                                                             : Forcing::Guo;
+    const Vec3& g = spec_.body_force;
+    lattice_.law = collision<Real>(spec_.relaxation_time, lattice_.forcing, {g[0], g[1], g[2]});
     for (std::size_t axis = 0; axis < 3; ++axis) lattice_.closed[axis] = spec_.walls[axis].has_value();
     for (std::int64_t x = 0; x < grid.size[0]; ++x) place_.push_back(lattice_.place(x));
     const Cuts cuts = cuts_of(spec_);

@@ -23,8 +23,6 @@ namespace veriflex::fluid {
 constexpr int ends_per_row = 10;
 constexpr int end_of_row(int q) { return (q % 2 == 1 ? 0 : 5) + (q <= 2 ? 0 : (q - 5) / 2); }
 
-enum class Forcing { None, FirstOrder, Guo };
-
 /// What a sweep works on. Plain data, so that the loops can be compiled for the machine at hand on their own.
 template <class Real>
 struct Lattice {
