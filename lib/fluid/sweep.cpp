@@ -65,7 +65,7 @@ struct Step {
   /// Asks for what the sweep reads next: an even step reads each array line by line, an odd one turns at the
   /// ends of its rows, and fifteen such streams are more than prefetchers follow. Into the first-level cache
   /// not more than a row ahead, it can wait for few lines at a time; the second-level cache waits for the
-  /// memory. On a fast memory 0.75 -> 0.93 of its limit.
+  /// memory. On a fast memory 0.8 -> 0.9 of its limit.
   [[gnu::always_inline]] static inline void ask_ahead(const Real* at) {
     constexpr std::int64_t line = 64 / sizeof(Real);
     if constexpr (odd) {
