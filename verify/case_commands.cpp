@@ -39,7 +39,7 @@ void print_json(const Json& json) {
 struct Options {
   std::vector<std::string> cases;
   std::vector<std::string> overrides;
-  std::string case_folder = repository::cases.string();
+  std::string case_folder = repository::cases().string();
   std::string tier;
   std::string topic;
   std::string out = "results";
@@ -49,7 +49,7 @@ struct Options {
 };
 
 Case read(const fs::path& path, const Options& options) {
-  return engine::read_case(path, options.overrides, drivers::all(), repository::references);
+  return engine::read_case(path, options.overrides, drivers::all(), repository::references());
 }
 
 std::vector<CaseHead> chosen(const Options& options) {

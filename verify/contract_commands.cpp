@@ -29,8 +29,8 @@ using engine::Reference;
 using engine::Verdict;
 
 Case read(const std::string& name) {
-  return engine::read_case(engine::case_named(name, repository::cases), {}, drivers::all(),
-                           repository::references);
+  return engine::read_case(engine::case_named(name, repository::cases()), {}, drivers::all(),
+                           repository::references());
 }
 
 std::string shell_word(const std::string& word) {
@@ -46,18 +46,18 @@ std::string shell_word(const std::string& word) {
 int validate_command(const std::vector<std::string>& names) {
   std::vector<std::string> problems;
   if (names.empty()) {
-    problems = engine::problems_of_repository(repository::cases, repository::references, drivers::all());
+    problems = engine::problems_of_repository(repository::cases(), repository::references(), drivers::all());
   } else {
     std::vector<fs::path> paths;
     for (const std::string& name : names) {
       try {
-        paths.push_back(engine::case_named(name, repository::cases));
+        paths.push_back(engine::case_named(name, repository::cases()));
       } catch (const InputError& error) {
         problems.emplace_back(error.what());
       }
     }
     for (std::string& one :
-         engine::problems_of(paths, repository::cases, repository::references, drivers::all())) {
+         engine::problems_of(paths, repository::cases(), repository::references(), drivers::all())) {
       problems.push_back(std::move(one));
     }
   }
@@ -124,7 +124,7 @@ int claims_command(const std::string& results, bool json) {
   if (json) {
     fmt::print("{}\n", claims_json(results, problems));
   } else {
-    const engine::Ledger ledger = engine::read_ledger(repository::references);
+    const engine::Ledger ledger = engine::read_ledger(repository::references());
     const std::vector<std::vector<Judgement>> found = engine::judgements(ledger, results, problems);
     for (std::size_t i = 0; i < ledger.entries.size(); ++i) {
       const engine::Entry& entry = ledger.entries[i];
@@ -175,9 +175,9 @@ int accept_command(const std::string& name, const std::string& reason) {
     return result.verdict == Verdict::error ? exit_code::numerical : exit_code::check_failed;
   }
   const fs::path folder = fs::weakly_canonical(c.path).parent_path();
-  const bool of_repository = folder == fs::weakly_canonical(repository::cases);
+  const bool of_repository = folder == fs::weakly_canonical(repository::cases());
   const std::string id = c.id + "-baseline";
-  const fs::path path = (of_repository ? repository::references : folder) / (id + ".toml");
+  const fs::path path = (of_repository ? repository::references() : folder) / (id + ".toml");
   if (fs::exists(path)) {
     const Reference earlier = engine::read_reference(path);
     if (earlier.kind != "baseline") {
@@ -200,7 +200,7 @@ int accept_command(const std::string& name, const std::string& reason) {
 }  // namespace
 
 std::string claims_json(const std::string& results, std::vector<std::string>& problems) {
-  const engine::Ledger ledger = engine::read_ledger(repository::references);
+  const engine::Ledger ledger = engine::read_ledger(repository::references());
   const std::vector<std::vector<Judgement>> found = engine::judgements(ledger, results, problems);
   Json claims = Json::array();
   for (std::size_t i = 0; i < ledger.entries.size(); ++i) {

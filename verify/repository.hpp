@@ -5,7 +5,8 @@
 
 namespace veriflex::repository {
 
-inline const std::filesystem::path cases = VERIFLEX_SOURCE_DIR "/cases";
-inline const std::filesystem::path references = VERIFLEX_SOURCE_DIR "/reference";
+/// Folders of the case files, and of references, ledger and bibliography.
+const std::filesystem::path& cases();
+const std::filesystem::path& references();
 
 }  // namespace veriflex::repository

@@ -116,8 +116,7 @@ void compare_frequencies(const BeamStudy& study, const BeamSection& section, Obs
   seen.records.push_back(record);
 }
 
-Observations run(const BeamStudy& study, Progress& progress, engine::Cost& cost) {
-  Observations seen;
+void run(const BeamStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const BeamSection section = section_of(study.material, study.section, spacing_of(study.section));
   const BeamSection measured = measured_section(study);
   const bool chain = section.nodes == 1.0;
@@ -173,7 +172,6 @@ Observations run(const BeamStudy& study, Progress& progress, engine::Cost& cost)
     compare_frequencies(study, section, seen);
     cost.finish("frequencies");
   }
-  return seen;
 }
 
 }  // namespace
@@ -213,7 +211,9 @@ engine::Study read_beam(const io::Section& top) {
                     .method = "linear response by sparse Cholesky; first sections held, last one loaded",
                     .moves = false}),
           .measures = measures,
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -111,7 +111,7 @@ Critical measured(const BucklingStudy& study, std::int64_t length, double expect
   return {strain, load_at(study, static_cast<double>(per_section), strain)};
 }
 
-Observations run(const BucklingStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const BucklingStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double r0 = spacing_of(study.section);
   const BeamSection at_rest = section_of(study.material, study.section, r0);
   const bool shears = at_rest.shear > 0.0;
@@ -172,7 +172,6 @@ Observations run(const BucklingStudy& study, Progress& progress, engine::Cost& c
   const auto off_engesser = [&](std::size_t i) {
     return std::abs(rows[i].found.load / rows[i].engesser.load - 1.0);
   };
-  Observations seen;
   seen.metrics = {
       {"euler_error", off_euler(n - 1), "1", "departure from Euler's load, longest column"},
       {"order_euler", order(off_euler), "1", "order in r0/L of that departure, last two columns"},
@@ -187,7 +186,6 @@ Observations run(const BucklingStudy& study, Progress& progress, engine::Cost& c
       {"over_harmonic", rows[0].found.load / rows[0].of_springs.load, "1",
        "load of the shortest column over that of harmonic bonds of the same stiffness"}};
   seen.records = {record, convergence};
-  return seen;
 }
 
 }  // namespace
@@ -221,7 +219,9 @@ engine::Study read_buckling(const io::Section& top) {
                     .moves = false}),
           .measures = {"euler_error", "order_euler", "extrapolated_error", "engesser_error", "order_engesser",
                        "haringx_error", "shear_factor", "largest_strain", "over_harmonic"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -118,7 +118,7 @@ std::vector<std::string> convergence_measures() {
 }
 
 engine::Study study_of(const io::Section& top, const fluid::Spec& largest, std::vector<std::string> measures,
-                       std::function<observe::Observations(Progress&, engine::Cost&)> run) {
+                       std::function<void(observe::Observations&, Progress&, engine::Cost&)> run) {
   return {.plan = engine::read_plan(top, {.fluid = largest}),
           .measures = std::move(measures),
           .run = std::move(run)};

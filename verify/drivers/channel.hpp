@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "base/reduce.hpp"
 #include "drivers/march.hpp"
-#include "drivers/worse.hpp"
 #include "engine/study.hpp"
 #include "fluid/obstacle.hpp"
 #include "io/document.hpp"
@@ -47,7 +47,7 @@ std::vector<std::string> convergence_measures();
 
 /// A box across which `nodes` stand, for the plan.
 engine::Study study_of(const io::Section& top, const fluid::Spec& largest, std::vector<std::string> measures,
-                       std::function<observe::Observations(Progress&, engine::Cost&)> run);
+                       std::function<void(observe::Observations&, Progress&, engine::Cost&)> run);
 
 engine::Study read_poiseuille(const io::Section& top);
 engine::Study read_couette(const io::Section& top);

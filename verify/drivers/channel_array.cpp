@@ -125,7 +125,7 @@ double mean_order(const std::vector<double>& spacing, const std::vector<double>&
   return ((x - x.mean()) * (y - y.mean())).sum() / (x - x.mean()).square().sum();
 }
 
-Observations run(const Array& study, Progress& progress) {
+void run(const Array& study, Observations& seen, Progress& progress) {
   const std::size_t count = study.resolutions.size();
   std::vector<double> drags(count);
   for_all(count, "cells", progress, [&](std::size_t i) {  // the finest first: it takes longest
@@ -162,7 +162,7 @@ Observations run(const Array& study, Progress& progress) {
   }
   const double rough =
       record.find("drag_larger")->values.back() - record.find("voxels_larger")->values.back();
-  return {
+  seen = {
       .records = {record, convergence},
       .metrics = {{"drag", drags.back(), "1", "of the finest resolution"},
                   {"solid_fraction", solid_fraction(study.fluid.grid, study.shape), "1", "as asked for"},
@@ -232,9 +232,10 @@ engine::Study read_array(const io::Section& top) {
   }
   const Cell largest = refined(study, study.resolutions.back());
   engine::read_plan(top, {.fluid = largest.fluid});  // refuses a box beyond the memory before it is cut
-  return study_of(top, cut_out(largest).fluid,
-                  {"drag", "solid_fraction", "order_drag", "order_voxels", "largest_offset", "roughness"},
-                  [study](Progress& progress, engine::Cost&) { return run(study, progress); });
+  return study_of(
+      top, cut_out(largest).fluid,
+      {"drag", "solid_fraction", "order_drag", "order_voxels", "largest_offset", "roughness"},
+      [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); });
 }
 
 }  // namespace veriflex::drivers::channel

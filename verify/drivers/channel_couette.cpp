@@ -71,7 +71,7 @@ Errors errors_of(const Couette& study, const Piece& piece, const Record& state) 
   return worst;
 }
 
-Observations run(const Couette& study, Progress& progress) {
+void run(const Couette& study, Observations& seen, Progress& progress) {
   std::vector<Piece> pieces;
   for (const std::int64_t nodes : study.common.resolutions) {
     for (const std::size_t normal : {0U, 1U, 2U}) pieces.push_back({normal, nodes});
@@ -104,7 +104,7 @@ Observations run(const Couette& study, Progress& progress) {
     const double share = (static_cast<double>(j) + 0.5) / static_cast<double>(u.size());
     profile.append({share, u[j] / study.velocity, share});
   }
-  return {.records = {profile, record},
+  seen = {.records = {profile, record},
           .metrics = {{"velocity_error", worst.velocity, "1", "worst of all nodes, axes and resolutions"},
                       {"stress_error", worst.stress, "1", "worst of all nodes, axes and resolutions"},
                       {"density_error", worst.density, "1", "worst of all nodes, axes and resolutions"}}};
@@ -116,9 +116,10 @@ engine::Study read_couette(const io::Section& top) {
   const io::Section t = top.table("channel");
   const Couette study{
       .common = read_common(top), .steady = read_steady(t, 1e-15), .velocity = read_velocity(t)};
-  return study_of(top, gap(study.common.fluid, 1, study.common.resolutions.back()),
-                  {"velocity_error", "stress_error", "density_error"},
-                  [study](Progress& progress, engine::Cost&) { return run(study, progress); });
+  return study_of(
+      top, gap(study.common.fluid, 1, study.common.resolutions.back()),
+      {"velocity_error", "stress_error", "density_error"},
+      [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); });
 }
 
 }  // namespace veriflex::drivers::channel

@@ -127,7 +127,7 @@ Record profile_record(const Section& section, std::int64_t nodes) {
   return profile;
 }
 
-Observations run(const Duct& study, Progress& progress) {
+void run(const Duct& study, Observations& seen, Progress& progress) {
   const std::vector<std::int64_t>& resolutions = study.common.resolutions;
   std::vector<Piece> pieces;  // the finest first: it takes longest
   for (auto nodes = resolutions.rbegin(); nodes != resolutions.rend(); ++nodes) pieces.push_back({2, *nodes});
@@ -137,7 +137,6 @@ Observations run(const Duct& study, Progress& progress) {
           [&](std::size_t i) { sections[i] = steady_state(study, pieces[i]); });
 
   const std::size_t coarsest = resolutions.size() - 1;
-  Observations seen;
   seen.records = {profile_record(sections.front(), resolutions.back()), section_record(sections.front())};
   std::vector<Norms> errors;
   for (std::size_t i = 0; i < resolutions.size(); ++i) {
@@ -152,7 +151,6 @@ Observations run(const Duct& study, Progress& progress) {
        "1", "duct along x or y against z, over the top velocity, first resolution"});
   seen.metrics.push_back({"cross_flow", sections[coarsest].cross_flow, "1",
                           "largest velocity across the duct over the top velocity, first resolution"});
-  return seen;
 }
 
 }  // namespace
@@ -162,8 +160,9 @@ engine::Study read_duct(const io::Section& top) {
   const Duct study{.common = read_common(top), .steady = read_steady(t, 1e-12), .velocity = read_velocity(t)};
   std::vector<std::string> measures = convergence_measures();
   measures.insert(measures.end(), {"axis_difference", "cross_flow"});
-  return study_of(top, spec_of(study, {2, study.common.resolutions.back()}), measures,
-                  [study](Progress& progress, engine::Cost&) { return run(study, progress); });
+  return study_of(
+      top, spec_of(study, {2, study.common.resolutions.back()}), measures,
+      [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); });
 }
 
 }  // namespace veriflex::drivers::channel

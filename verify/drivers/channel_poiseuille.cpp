@@ -230,14 +230,12 @@ void measure_work(const Poiseuille& study, engine::Cost& cost, Observations& see
   }
 }
 
-Observations run(const Poiseuille& study, Progress& progress, engine::Cost& cost) {
-  Observations seen;
+void run(const Poiseuille& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   measure_slip(study, progress, seen);
   cost.finish("slip");
   measure_convergence(study, progress, seen);
   cost.finish("convergence");
   if (!study.storages.empty()) measure_work(study, cost, seen);
-  return seen;
 }
 
 std::vector<fluid::Storage> read_storages(const io::Section& t) {
@@ -275,7 +273,9 @@ engine::Study read_poiseuille(const io::Section& top) {
   const Piece largest{study.common.fluid.relaxation_time, study.common.fluid.scheme, 1,
                       study.common.resolutions.back()};
   return study_of(top, spec_of(study, largest), measures,
-                  [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); });
+                  [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+                    run(study, seen, progress, cost);
+                  });
 }
 
 }  // namespace veriflex::drivers::channel

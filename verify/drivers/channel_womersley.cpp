@@ -117,7 +117,7 @@ Record profile_record(const Period& period, std::int64_t nodes) {
   return profile;
 }
 
-Observations run(const Womersley& study, Progress& progress) {
+void run(const Womersley& study, Observations& seen, Progress& progress) {
   const std::vector<std::int64_t>& resolutions = study.common.resolutions;
   std::vector<Piece> pieces;  // the finest first: it takes longest
   for (auto nodes = resolutions.rbegin(); nodes != resolutions.rend(); ++nodes) pieces.push_back({1, *nodes});
@@ -126,7 +126,6 @@ Observations run(const Womersley& study, Progress& progress) {
   for_all(pieces.size(), "gaps", progress, [&](std::size_t i) { found[i] = last_period(study, pieces[i]); });
 
   const std::size_t coarsest = resolutions.size() - 1;
-  Observations seen;
   seen.records.push_back(profile_record(found.front(), resolutions.back()));
   std::vector<Norms> errors;
   for (std::size_t i = 0; i < resolutions.size(); ++i) {
@@ -144,7 +143,6 @@ Observations run(const Womersley& study, Progress& progress) {
        0.5 * static_cast<double>(nodes) *
            std::sqrt(omega_of(study, nodes) / fluid::viscosity(study.common.fluid.relaxation_time)),
        "1", "half the gap over the thickness sqrt(nu/omega)"});
-  return seen;
 }
 
 }  // namespace
@@ -165,8 +163,9 @@ engine::Study read_womersley(const io::Section& top) {
   }
   std::vector<std::string> measures = convergence_measures();
   measures.insert(measures.end(), {"axis_difference", "womersley_number"});
-  return study_of(top, gap(study.common.fluid, 1, study.common.resolutions.back()), measures,
-                  [study](Progress& progress, engine::Cost&) { return run(study, progress); });
+  return study_of(
+      top, gap(study.common.fluid, 1, study.common.resolutions.back()), measures,
+      [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); });
 }
 
 }  // namespace veriflex::drivers::channel

@@ -4,10 +4,10 @@
 #include <numbers>
 #include <random>
 
+#include "base/reduce.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/march.hpp"
-#include "drivers/worse.hpp"
 #include "engine/read_scene.hpp"
 
 // A disordered but smooth start, and what must not change of it: mass, momentum beyond what the force gave,
@@ -154,12 +154,11 @@ Record record_of(const Conservation& study, const std::string& name, const std::
   return record;
 }
 
-Observations run(const Conservation& study, Progress& progress) {
+void run(const Conservation& study, Observations& seen, Progress& progress) {
   const std::vector<Piece> pieces = pieces_of(study);
   std::vector<Drift> drifts(pieces.size());
   for_all(pieces.size(), "runs", progress, [&](std::size_t i) { drifts[i] = drift_of(study, pieces[i]); });
 
-  Observations seen;
   seen.records = {
       record_of(study, "drift_of_mass", "Departure of the mass, per node", "M L^-3", drifts, &Drift::mass)};
   if (study.periodic()) {
@@ -180,7 +179,6 @@ Observations run(const Conservation& study, Progress& progress) {
     seen.metrics.push_back({"staggered_momentum_" + name, largest(drifts[i].staggered), "M L^-2 T^-1",
                             "largest departure, per node"});
   }
-  return seen;
 }
 
 std::vector<std::string> measures_of(const Conservation& study) {
@@ -220,9 +218,10 @@ engine::Study read_conservation(const io::Section& top) {
       }
     }
   }
-  return {.plan = engine::read_plan(top, {.fluid = study.fluid}),
-          .measures = measures_of(study),
-          .run = [study](Progress& progress, engine::Cost&) { return run(study, progress); }};
+  return {
+      .plan = engine::read_plan(top, {.fluid = study.fluid}),
+      .measures = measures_of(study),
+      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }
 
 }  // namespace veriflex::drivers

@@ -154,7 +154,7 @@ Boundary boundary_of(const CouplingStability& study, const Point& point) {
   return found;
 }
 
-Observations run(const CouplingStability& study, Progress& progress, engine::Cost& cost) {
+void run(const CouplingStability& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   std::vector<Boundary> found(study.points.size());
   for_all(found.size(), "boundaries", progress,
           [&](std::size_t i) { found[i] = boundary_of(study, study.points[i]); });
@@ -173,7 +173,6 @@ Observations run(const CouplingStability& study, Progress& progress, engine::Cos
                  {"measured", "m", "M", "middle of the last mass that grew and the first that did not", {}},
                  {"ratio", "", "1", "measured over predicted", {}},
                  {"growth", "", "1", "of the map at the measured mass, per step", {}}}};
-  Observations seen;
   double least = INFINITY, largest = 0.0, growth = 0.0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const Point& p = study.points[i];
@@ -199,7 +198,6 @@ Observations run(const CouplingStability& study, Progress& progress, engine::Cos
       {"growth_held", growth, "1",
        "largest growth of the map at a measured boundary: what the fluid's motion still held"});
   seen.records = {record};
-  return seen;
 }
 
 Point read_point(const io::Section& t, double relaxation_time) {
@@ -265,7 +263,9 @@ engine::Study read_coupling_stability(const io::Section& top) {
                                           .coupling = scene::CouplingSpec{},
                                           .is_free = true}),
           .measures = measures,
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 #include "drivers/beam_section.hpp"
 #include "drivers/drivers.hpp"
-#include "drivers/worse.hpp"
 #include "engine/check_coupling.hpp"
 #include "engine/read_scene.hpp"
 #include "scene/simulation.hpp"
@@ -122,7 +122,7 @@ void march_to_rest(const Crossflow& study, scene::Simulation& simulation, Progre
   }
 }
 
-Observations run(const Crossflow& study, Progress& progress, engine::Cost& cost) {
+void run(const Crossflow& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   scene::CouplingSpec coupling = study.coupling;
   const auto& size = study.fluid.grid.size;
   coupling.origin = {static_cast<double>(size[0] / 2),
@@ -171,7 +171,7 @@ Observations run(const Crossflow& study, Progress& progress, engine::Cost& cost)
     total += s.force;
   }
   const double beam_tip = record.find("beam")->values.back();
-  return {
+  seen = {
       .records = {record},
       .metrics = {
           {"tip_deflection", tip, "L", "along the stream"},
@@ -243,7 +243,9 @@ engine::Study read_crossflow(const io::Section& top) {
                 .coupling = study.coupling}),
       .measures = {"tip_deflection", "tip_slope", "tip_ratio", "beam_error", "lattice_error", "shear_share",
                    "end_share", "steps", "dt_over_limit", "coupling_growth", "deflection.deflection"},
-      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+        run(study, seen, progress, cost);
+      }};
 }
 
 }  // namespace veriflex::drivers

@@ -4,10 +4,10 @@
 #include <limits>
 #include <random>
 
+#include "base/reduce.hpp"
 #include "coupling/transfer.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
-#include "drivers/worse.hpp"
 #include "engine/read_scene.hpp"
 
 // What the delta kernels keep of a point force. A unit force is spread from one marker by the very transfer
@@ -127,15 +127,14 @@ std::vector<Record> scans() {
   return records;
 }
 
-Observations run(std::int64_t positions, Progress& progress, engine::Cost& cost) {
-  std::vector<Extremes> seen(kernels().size());
-  for_all(seen.size(), "kernels", progress,
-          [&](std::size_t i) { seen[i] = extremes_of(kernels()[i].delta, positions); });
+void run(std::int64_t positions, Observations& seen, Progress& progress, engine::Cost& cost) {
+  std::vector<Extremes> found(kernels().size());
+  for_all(found.size(), "kernels", progress,
+          [&](std::size_t i) { found[i] = extremes_of(kernels()[i].delta, positions); });
   cost.finish("positions");
-  Observations all;
-  for (std::size_t i = 0; i < seen.size(); ++i) {
+  for (std::size_t i = 0; i < found.size(); ++i) {
     const std::string name = kernels()[i].name;
-    const Extremes& e = seen[i];
+    const Extremes& e = found[i];
     const std::vector<observe::Metric> metrics{
         {name + "_sum_error", e.sum_error, "1", "max |sum of D h^3 - 1|"},
         {name + "_sum_min", e.sum_min, "1", "smallest sum"},
@@ -144,11 +143,10 @@ Observations run(std::int64_t positions, Progress& progress, engine::Cost& cost)
         {name + "_first_moment", e.first, "L", "max over the axes of |sum of (x - X) D h^3|"},
         {name + "_squares_min", e.squares_min, "1", "smallest sum of (D h^3)^2"},
         {name + "_squares_max", e.squares_max, "1", "largest sum of (D h^3)^2"}};
-    all.metrics.insert(all.metrics.end(), metrics.begin(), metrics.end());
+    seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
   }
-  all.records = scans();
+  seen.records = scans();
   cost.finish("scan");
-  return all;
 }
 
 std::vector<std::string> measures() {
@@ -167,10 +165,11 @@ std::vector<std::string> measures() {
 
 engine::Study read_delta_moments(const io::Section& top) {
   const std::int64_t positions = top.table("delta_moments").integer("positions", 1, 100'000'000);
-  return {
-      .plan = engine::read_plan(top, {}),
-      .measures = measures(),
-      .run = [positions](Progress& progress, engine::Cost& cost) { return run(positions, progress, cost); }};
+  return {.plan = engine::read_plan(top, {}),
+          .measures = measures(),
+          .run = [positions](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(positions, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -165,14 +165,12 @@ engine::Study read_derive(const io::Section& top) {
   }
   return {.plan = engine::read_plan(top, {.law = study.law}),
           .measures = measures,
-          .run = [study](Progress&, engine::Cost& cost) {
-            Observations seen;
+          .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
             seen.metrics = metrics_of(study);
             cost.finish("metrics");
             seen.records = {potential_record(study), moduli_record(study), validity_record(study.derivation)};
             if (!study.derivation.kinks.empty()) seen.records.push_back(kinks_record(study.derivation));
             cost.finish("records");
-            return seen;
           }};
 }
 

@@ -121,7 +121,7 @@ Record exact_curve(double largest_load) {
   return record;
 }
 
-Observations run(const ElasticaStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const ElasticaStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   // The last piece is the shortest beam of harmonic bonds of the same stiffness.
   const std::size_t lengths = study.lengths.size();
   const double spacing = spacing_of(study.section);
@@ -176,7 +176,6 @@ Observations run(const ElasticaStudy& study, Progress& progress, engine::Cost& c
   };
   const Tip& of_law = tips.front().back();
   const Tip& of_springs = tips.back().back();
-  Observations seen;
   seen.metrics = {
       {"tip_error", distance(tips[lengths - 1].back(), exact.back()), "1",
        "distance from the elastica's tip over the length, longest beam, largest load"},
@@ -191,7 +190,6 @@ Observations run(const ElasticaStudy& study, Progress& progress, engine::Cost& c
        "shortest beam, largest load: distance of its tip from that of harmonic bonds of the same stiffness, "
        "over the length"}};
   seen.records = {record, exact_curve(study.loads.back()), convergence};
-  return seen;
 }
 
 }  // namespace
@@ -238,7 +236,9 @@ engine::Study read_elastica(const io::Section& top) {
                     .moves = false}),
           .measures = {"tip_error", "order_least_load", "order_largest_load", "extrapolated_error",
                        "shortest_tip_error", "shortest_strain", "departure_from_harmonic"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -63,7 +63,7 @@ double modulus(const ElasticityStudy& study, const solid::Network& cell, int i, 
       .value;
 }
 
-Observations run(const ElasticityStudy& study, engine::Cost& cost) {
+void run(const ElasticityStudy& study, Observations& seen, engine::Cost& cost) {
   const solid::Network cell = unit_cell(study.spacing, study.material.angle_stiffness != 0.0);
   const auto stretch = [](double e) { return Mat3(Vec3(1.0 + e, 1.0, 1.0).asDiagonal()); };
   const auto pure_shear = [](double e) {
@@ -76,7 +76,6 @@ Observations run(const ElasticityStudy& study, engine::Cost& cost) {
     f(0, 1) = e;
     return f;
   };
-  Observations seen;
   seen.metrics = {
       {"c11", modulus(study, cell, 0, 0, stretch), "M L^-1 T^-2",
        "stress along a stretched axis over its strain"},
@@ -104,7 +103,6 @@ Observations run(const ElasticityStudy& study, engine::Cost& cost) {
   }
   if (!study.shears.empty()) seen.records.push_back(record);
   cost.finish("shear");
-  return seen;
 }
 
 }  // namespace
@@ -126,7 +124,7 @@ engine::Study read_elasticity(const io::Section& top) {
   return {.plan = engine::read_plan(top, {.law = law}),
           .measures = {"c11", "c12", "c44", "c44_simple", "anisotropy", "poisson_in_shear",
                        "simple_shear.shear_stress"},
-          .run = [study](Progress&, engine::Cost& cost) { return run(study, cost); }};
+          .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
 }
 
 }  // namespace veriflex::drivers

@@ -142,7 +142,7 @@ double modulus_at(const Record& record, double distance, int side) {
   return tried.back().first;
 }
 
-Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const FilamentStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double z0 = study.stroke.amplitude;
   Stroke other = study.stroke;
   other.law = study.other;
@@ -159,7 +159,6 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
   const StrokeResult b = run_guarded(other, bond::name_of(study.other), growth, progress);
   cost.finish(bond::name_of(study.other) + " compared", parts_of(b.seconds));
 
-  Observations seen;
   seen.records = {centre_lines(a, b, study.stroke.rod.spacing),
                   deviations_of(a, b, z0),
                   history_of(a, "stroke", bond::name_of(study.stroke.law)),
@@ -230,7 +229,6 @@ Observations run(const FilamentStudy& study, Progress& progress, engine::Cost& c
                             "a stiffer body's E'/E that does; the farthest tried when none does"});
   }
   // Wall time is no part of what was measured: it goes into the timing of the result.
-  return seen;
 }
 
 }  // namespace
@@ -277,7 +275,9 @@ engine::Study read_filament(const io::Section& top) {
   if (!study.modulus_factors.empty()) measures.insert(measures.end(), {"modulus_low", "modulus_high"});
   return {.plan = plan_stroke(top, study.stroke),
           .measures = measures,
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -95,12 +95,11 @@ void report(const Variant& variant, const std::optional<Effect>& effect, const s
       {"law_deviation_" + variant.name, row[4], "1", "max |dz|/z0 between the laws: " + label});
 }
 
-Observations run(const Companions& study, Progress& progress, engine::Cost& cost) {
+void run(const Companions& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const Pair base{run_with(study.base, study.base.law, "base", progress),
                   run_with(study.base, study.compared, "base", progress)};
   cost.finish("base");
   const Deviation between = worst(base.law, base.compared, study.base.amplitude);
-  Observations seen;
   Record record = empty_record();
   record.append({0.0, 1.0, 0.0, 0.0, between.z_max, between.moved_max, swum(base.law)});
   double uncertainty = 0.0;
@@ -142,7 +141,6 @@ Observations run(const Companions& study, Progress& progress, engine::Cost& cost
                             "1",
                             "|dz| between the laws grows as z0 to this power, smallest amplitude to base"});
   }
-  return seen;
 }
 
 Variant read_variant(const io::Section& table, const Stroke& base) {
@@ -181,7 +179,9 @@ engine::Study read_filament_companions(const io::Section& top) {
   if (smaller) measures.emplace_back("growth_exponent");
   return {.plan = plan_stroke(top, study.base),
           .measures = measures,
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -188,7 +188,7 @@ Record record_of(const Shapes& shapes) {
   return record;
 }
 
-Observations run(const LinearStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const LinearStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const Stroke& stroke = study.stroke;
   Stroke other = stroke;
   other.law = study.compared;
@@ -216,7 +216,6 @@ Observations run(const LinearStudy& study, Progress& progress, engine::Cost& cos
   const auto& [measured, compared, rings, cylinder, resistive] = shapes;
   cost.finish("theory");
 
-  Observations seen;
   seen.records = {record_of(shapes)};
   seen.metrics = {
       {"rings_error", distance(measured, rings), "1",
@@ -240,7 +239,6 @@ Observations run(const LinearStudy& study, Progress& progress, engine::Cost& cos
       {"dt_over_limit", std::max(step_over_limit(stroke), step_over_limit(other)), "1",
        "sub-step over the linear limit 2/omega_max at rest"},
       metric_of(growth)};
-  return seen;
 }
 
 }  // namespace
@@ -258,7 +256,9 @@ engine::Study read_filament_linear(const io::Section& top) {
                    "resistive_error", "law_distance", "tip_amplitude", "tip_amplitude_rings", "resistance",
                    "bending_stiffness", "shear_stiffness", "solid_mass", "period_change", "dt_over_limit",
                    "coupling_growth", "first_harmonic.amplitude", "first_harmonic.phase"},
-      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+        run(study, seen, progress, cost);
+      }};
 }
 
 }  // namespace veriflex::drivers

@@ -84,7 +84,7 @@ Decay measure(const GalileanStudy& study, double speed) {
           engine::lattice_wave(wave.k, tau, {0.0, wave.along}, flow.stream).decay_rate()};
 }
 
-Observations run(const GalileanStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const GalileanStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   std::vector<double> speeds{0.0};
   speeds.insert(speeds.end(), study.speeds.begin(), study.speeds.end());
   std::vector<Decay> decays(speeds.size());
@@ -107,7 +107,6 @@ Observations run(const GalileanStudy& study, Progress& progress, engine::Cost& c
   }
   const std::vector<double>& error = record.columns[2].values;
   const engine::PowerLaw law = engine::power_law(study.speeds, error);
-  Observations seen;
   seen.metrics = {
       {"order", law.exponent, "1", "exponent of the viscosity's error in the stream's speed, least squares"},
       {"constant", error.front() / (study.speeds.front() * study.speeds.front()), "L^-2 T^2",
@@ -115,7 +114,6 @@ Observations run(const GalileanStudy& study, Progress& progress, engine::Cost& c
       {"error_fastest", error.back(), "1", "relative error of the viscosity at the highest speed"},
       {"worst_departure", worst, "1", "largest relative departure of a decay rate from its eigenvalue"}};
   seen.records = {record};
-  return seen;
 }
 
 }  // namespace
@@ -140,7 +138,9 @@ engine::Study read_galilean(const io::Section& top) {
   }
   return {.plan = engine::read_plan(top, {.fluid = study.fluid}),
           .measures = {"order", "constant", "error_fastest", "worst_departure"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

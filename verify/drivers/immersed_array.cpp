@@ -4,11 +4,11 @@
 #include <numbers>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 #include "base/root.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/immersed.hpp"
 #include "drivers/march.hpp"
-#include "drivers/worse.hpp"
 #include "engine/analytic/channel.hpp"
 #include "engine/read_scene.hpp"
 
@@ -210,7 +210,7 @@ Series measure(const Array& study, double relaxation_time) {
   return series;
 }
 
-Observations run(const Array& study, Progress& progress) {
+void run(const Array& study, Observations& seen, Progress& progress) {
   std::vector<Series> found(study.relaxation_times.size());
   for_all(found.size(), "relaxation times", progress,
           [&](std::size_t i) { found[i] = measure(study, study.relaxation_times[i]); });
@@ -228,7 +228,6 @@ Observations run(const Array& study, Progress& progress) {
        {"slip", "", "1", "root mean square of sum f c + g/2 at the markers, over U", {}},
        {"across", "", "1", "force across the flow over the force along it", {}},
        {"steps", "", "T", "until the force was balanced", {}}}};
-  Observations seen;
   double worst = 0.0, worst_relative = 0.0, imbalance = 0.0, across = 0.0;
   for (std::size_t t = 0; t < found.size(); ++t) {
     const Series& series = found[t];
@@ -273,7 +272,6 @@ Observations run(const Array& study, Progress& progress) {
   seen.metrics.push_back(
       {"imbalance", imbalance, "1", "largest share of the force that markers do not take up"});
   seen.metrics.push_back({"force_across", across, "1", "largest force across the flow, over the drag"});
-  return seen;
 }
 
 std::vector<std::string> measures_of(const Array& study) {
@@ -325,10 +323,11 @@ engine::Study read_array(const io::Section& top) {
              "Choose between the two");
     }
   }
-  return {.plan = engine::read_plan(top,
-                                    {.fluid = cell(study, study.relaxation_times.front(), study.first_cell)}),
-          .measures = measures_of(study),
-          .run = [study](Progress& progress, engine::Cost&) { return run(study, progress); }};
+  return {
+      .plan =
+          engine::read_plan(top, {.fluid = cell(study, study.relaxation_times.front(), study.first_cell)}),
+      .measures = measures_of(study),
+      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }
 
 }  // namespace veriflex::drivers::immersed

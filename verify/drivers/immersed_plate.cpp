@@ -198,7 +198,7 @@ Record iterations_of(const Plate& study, Progress& progress, engine::Cost& cost)
   return record;
 }
 
-Observations run(const Plate& study, Progress& progress, engine::Cost& cost) {
+void run(const Plate& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const std::size_t count = study.resolutions.size();
   std::vector<Harmonics> found(count);
   for_all(count, "boxes", progress, [&](std::size_t i) {  // the finest first: it takes longest
@@ -223,7 +223,7 @@ Observations run(const Plate& study, Progress& progress, engine::Cost& cost) {
   const double refined = std::log(static_cast<double>(study.resolutions[count - 1]) /
                                   static_cast<double>(study.resolutions[count - 2]));
   const auto order = [refined](double a, double b) { return std::log(a / b) / refined; };
-  Observations seen{
+  seen = {
       .records = {profile_of(study, study.resolutions.back(), found.back()), convergence},
       .metrics = {
           {"order_profile", order(coarse.profile, fine.profile), "1", "in the spacing, last two rows"},
@@ -248,7 +248,6 @@ Observations run(const Plate& study, Progress& progress, engine::Cost& cost) {
     }
     seen.records.push_back(record);
   }
-  return seen;
 }
 
 }  // namespace
@@ -291,9 +290,12 @@ engine::Study read_plate(const io::Section& top) {
     for (const char* what : {"slip", "error_force", "error_theory"})
       measures.push_back(fmt::format("{}_{}", what, rounds));
   }
-  return {.plan = engine::read_plan(top, {.fluid = box(study, study.resolutions.back()), .coupling = engine::read_coupling(top)}),
+  return {.plan = engine::read_plan(
+              top, {.fluid = box(study, study.resolutions.back()), .coupling = engine::read_coupling(top)}),
           .measures = measures,
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers::immersed

@@ -6,10 +6,10 @@
 #include <numbers>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 #include "base/root.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/immersed.hpp"
-#include "drivers/worse.hpp"
 #include "engine/analytic/immersed.hpp"
 #include "engine/read_scene.hpp"
 #include "solid/network.hpp"
@@ -175,7 +175,7 @@ std::vector<Piece> pieces_of(const Rod& study) {
   return pieces;
 }
 
-Observations run(const Rod& study, Progress& progress) {
+void run(const Rod& study, Observations& seen, Progress& progress) {
   const std::vector<Piece> pieces = pieces_of(study);
   std::vector<Answer> found(pieces.size());
   for_all(pieces.size(), "oscillations", progress,
@@ -217,29 +217,27 @@ Observations run(const Rod& study, Progress& progress) {
   const double inside = (alone - engine::oscillating_cylinder_force(radius, omega, nu)).imag() / omega /
                         (std::numbers::pi * radius * radius);
 
-  Observations seen{
-      .records = {record},
-      .metrics = {
-          {"radius", radius, "L", "fitted to the amplitude at the first period in the largest box"},
-          {"offset", radius - study.radius, "L", "fitted radius beyond the section's nominal one"},
-          {"lead", record.find("lead")->values.front(), "1",
-           "phase before theory where the radius is fitted [rad]"},
-          {"amplitude_error", worst_ratio, "1", "largest, of the amplitudes against theory for the box"},
-          {"phase_error", worst_lead, "1", "largest, of the phases [rad]"},
-          {"box_effect", std::abs(first / unbounded(radius, omega, nu) - 1.0), "1",
-           "complex distance from the unbounded fluid, largest box"},
-          {"inside_mass", inside, "1",
-           "inertia beside that of the fluid outside, over pi a^2; where the radius is fitted"},
-          {"carried", std::abs(found.front().carried), "1",
-           "amplitude of the fluid's velocity at the markers over the rod's, where the radius is fitted"},
-          {"slip", found.front().slip, "1", "of sum f c + g/2 over the largest velocity"},
-          {"residual", residual, "1", "largest, of small amplitudes: what is not the first harmonic"}}};
+  seen = {.records = {record},
+          .metrics = {
+              {"radius", radius, "L", "fitted to the amplitude at the first period in the largest box"},
+              {"offset", radius - study.radius, "L", "fitted radius beyond the section's nominal one"},
+              {"lead", record.find("lead")->values.front(), "1",
+               "phase before theory where the radius is fitted [rad]"},
+              {"amplitude_error", worst_ratio, "1", "largest, of the amplitudes against theory for the box"},
+              {"phase_error", worst_lead, "1", "largest, of the phases [rad]"},
+              {"box_effect", std::abs(first / unbounded(radius, omega, nu) - 1.0), "1",
+               "complex distance from the unbounded fluid, largest box"},
+              {"inside_mass", inside, "1",
+               "inertia beside that of the fluid outside, over pi a^2; where the radius is fitted"},
+              {"carried", std::abs(found.front().carried), "1",
+               "amplitude of the fluid's velocity at the markers over the rod's, where the radius is fitted"},
+              {"slip", found.front().slip, "1", "of sum f c + g/2 over the largest velocity"},
+              {"residual", residual, "1", "largest, of small amplitudes: what is not the first harmonic"}}};
   for (std::size_t i = linear; i < pieces.size(); ++i) {
     seen.metrics.push_back(
         {fmt::format("large_ratio_{}", i - linear + 1), record.find("ratio")->values[i], "1",
          fmt::format("amplitude of the force over theory at z0 = {}", pieces[i].amplitude)});
   }
-  return seen;
 }
 
 }  // namespace
@@ -268,9 +266,11 @@ engine::Study read_rod(const io::Section& top) {
                                     "slip",        "residual"};
   for (std::size_t i = 1; i < study.amplitudes.size(); ++i)
     measures.push_back(fmt::format("large_ratio_{}", i));
-  return {.plan = engine::read_plan(top, {.fluid = box_of(study, study.boxes.back()), .coupling = engine::read_coupling(top)}),
-          .measures = measures,
-          .run = [study](Progress& progress, engine::Cost&) { return run(study, progress); }};
+  return {
+      .plan = engine::read_plan(
+          top, {.fluid = box_of(study, study.boxes.back()), .coupling = engine::read_coupling(top)}),
+      .measures = measures,
+      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }
 
 }  // namespace veriflex::drivers::immersed

@@ -102,7 +102,7 @@ Positions end_of_run(const InvarianceStudy& study, const solid::Material& materi
   return motion.displacement() / length;
 }
 
-Observations run(const InvarianceStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const InvarianceStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const solid::Network network = scene::build(study.solid);
   const Positions u = noise(network.node_count(), study.noise, 1);
   const Positions expected = gradient(study.material, network, u);
@@ -139,7 +139,6 @@ Observations run(const InvarianceStudy& study, Progress& progress, engine::Cost&
   const double scaling = distance(end_of_run(study, scaled, length, 0x1p20, 1), alone[0]);
   cost.finish("runs");
 
-  Observations seen;
   seen.metrics = {
       {"rotation_error", rotation_error(study, network, u, expected) / scale, "1",
        "forces of the turned body against the turned forces, over the largest"},
@@ -156,7 +155,6 @@ Observations run(const InvarianceStudy& study, Progress& progress, engine::Cost&
        "ends of runs one after the other against all at once on all threads, over the noise"},
       {"run_length", distance(alone[0], u) / study.noise, "1",
        "how far a run takes the nodes, over the noise"}};
-  return seen;
 }
 
 }  // namespace
@@ -185,7 +183,9 @@ engine::Study read_invariance(const io::Section& top) {
                                           .moves = true}),
           .measures = {"rotation_error", "permutation_error", "moved_rest_error", "moved_state_error",
                        "moved_state_over_rounding", "scaling_error", "thread_error", "run_length"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

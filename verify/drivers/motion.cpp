@@ -76,7 +76,7 @@ Drift drift(const MotionStudy& study, const solid::Network& network, std::int64_
   return largest;
 }
 
-Observations run(const MotionStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const MotionStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const solid::Network network = scene::build(study.solid);
   const Eigen::Index nodes = network.node_count();
   const double limit = 2.0 / solid::largest_frequency(study.material, network, Positions::Zero(nodes, 3),
@@ -105,7 +105,6 @@ Observations run(const MotionStudy& study, Progress& progress, engine::Cost& cos
   }
   const double finer =
       static_cast<double>(study.steps[count - 1]) / static_cast<double>(study.steps[count - 2]);
-  Observations seen;
   seen.metrics = {
       {"momentum_error", worst.momentum, "1", "worst of the steps"},
       {"angular_momentum_error", worst.angular_momentum, "1", "worst of the steps"},
@@ -116,7 +115,6 @@ Observations run(const MotionStudy& study, Progress& progress, engine::Cost& cos
       {"dt_over_limit", record.find("dt_over_limit")->values.front(), "1",
        "coarsest time step over the linear limit 2/omega_max at rest"}};
   seen.records = {record};
-  return seen;
 }
 
 }  // namespace
@@ -148,7 +146,9 @@ engine::Study read_motion(const io::Section& top) {
               top, {.law = law, .solid = solid, .method = "leap-frog, free, from noise", .moves = true}),
           .measures = {"momentum_error", "angular_momentum_error", "reversal_error", "energy_error",
                        "order_energy", "dt_over_limit"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

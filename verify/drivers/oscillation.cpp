@@ -129,7 +129,7 @@ double last_order(const Record& record) {
   return std::log(error[n - 2] / error[n - 1]) / std::log(steps[n - 1] / steps[n - 2]);
 }
 
-Observations run(const OscillationStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const OscillationStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double exact = exact_period(study);
   cost.finish("exact period");
   const double k = bond::stiffness(study.law, study.rest_length);
@@ -159,7 +159,6 @@ Observations run(const OscillationStudy& study, Progress& progress, engine::Cost
         {substeps, exact * substeps, period, std::abs(period / exact - 1.0), 1.0 / substeps / limit});
     cost.finish(fmt::format("substeps/{}", i));
   }
-  Observations seen;
   seen.metrics = {{"exact_period", exact, "T",
                    study.nodes == 2 ? "quadrature between the turning points (GSL)"
                                     : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode"},
@@ -178,7 +177,6 @@ Observations run(const OscillationStudy& study, Progress& progress, engine::Cost
         {"substep_order", last_order(divided), "1", "order in the sub-step, last two rows"});
     seen.records.push_back(divided);
   }
-  return seen;
 }
 
 }  // namespace
@@ -228,7 +226,9 @@ engine::Study read_oscillation(const io::Section& top) {
               {.law = law, .solid = solid, .method = "leap-frog, from rest", .moves = true, .is_free = true}),
           .measures = {"exact_period", "period_error", "order", "dt_over_limit", "period_over_harmonic",
                        "substep_error", "substep_order"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -51,7 +51,7 @@ double stiffness(const ShearStudy& study, std::int64_t width, bool plane) {
   return force(u).col(0).tail(per_section).sum() / block.section();
 }
 
-Observations run(const ShearStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const ShearStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const std::size_t count = study.widths.size();
   const double r0 = study.block.spacing;
   const double modulus = 4.0 * study.material.angle_stiffness / (r0 * r0 * r0);
@@ -81,7 +81,6 @@ Observations run(const ShearStudy& study, Progress& progress, engine::Cost& cost
   }
   const auto coarse = static_cast<double>(study.widths[count - 2]);
   const auto fine = static_cast<double>(study.widths[count - 1]);
-  Observations seen;
   seen.metrics = {
       {"plane_error", plane_error, "1", "plane sections: departure from 1 - 1/n, worst width"},
       {"order_free", std::log((1.0 - free[count - 2]) / (1.0 - free[count - 1])) / std::log(fine / coarse),
@@ -91,7 +90,6 @@ Observations run(const ShearStudy& study, Progress& progress, engine::Cost& cost
       {"lost_width", fine * (1.0 - free[count - 1]), "1",
        "free sides: by how many spacings the block is effectively narrower, widest block"}};
   seen.records = {record, convergence};
-  return seen;
 }
 
 }  // namespace
@@ -122,7 +120,9 @@ engine::Study read_shear(const io::Section& top) {
                                       .method = "linear response by sparse Cholesky; both end sections held",
                                       .moves = false}),
       .measures = {"plane_error", "order_free", "column_error", "lost_width"},
-      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+        run(study, seen, progress, cost);
+      }};
 }
 
 }  // namespace veriflex::drivers

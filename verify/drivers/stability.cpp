@@ -160,7 +160,7 @@ Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
   return {0.5 * (good + bad), limit, held.longest, held.shortest, failed.end == End::broke};
 }
 
-Observations run(const StabilityStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const StabilityStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   std::vector<Trial> trials;
   for (const double amplitude : study.amplitudes) {
     for (const double prestrain : study.prestrains) {
@@ -210,7 +210,6 @@ Observations run(const StabilityStudy& study, Progress& progress, engine::Cost& 
   const std::vector<double>& ratio = record.find("ratio")->values;
   const std::vector<double>& longest = record.find("longest")->values;
   const std::vector<double>& shortest = record.find("shortest")->values;
-  Observations seen;
   seen.metrics = {
       {"least_ratio", *std::min_element(ratio.begin(), ratio.end()), "1",
        "least boundary over its linear limit"},
@@ -222,7 +221,6 @@ Observations run(const StabilityStudy& study, Progress& progress, engine::Cost& 
       {"shortest", *std::min_element(shortest.begin(), shortest.end()), "1",
        "least r/r0 in runs that counted as stable"}};
   seen.records = {record};
-  return seen;
 }
 
 }  // namespace
@@ -265,7 +263,9 @@ engine::Study read_stability(const io::Section& top) {
                 .is_free = is_free}),
       .measures = {"least_ratio", "largest_ratio", "linear_limit", "longest", "shortest", "boundary.dt",
                    "boundary.ratio", "boundary.linear_limit"},
-      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+        run(study, seen, progress, cost);
+      }};
 }
 
 }  // namespace veriflex::drivers

@@ -161,9 +161,8 @@ Record section_moduli(const TensileStudy& study, Progress& progress) {
   return record;
 }
 
-Observations run(const TensileStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const TensileStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double derived = study.derivation.young_modulus;
-  Observations seen;
   if (!study.points.empty()) {
     seen.records.push_back(stress_strain(study, progress));
     const std::vector<double>& residual = seen.records.back().find("residual")->values;
@@ -198,7 +197,6 @@ Observations run(const TensileStudy& study, Progress& progress, engine::Cost& co
     cost.finish("sections");
   }
   seen.records.push_back(validity_record(study.derivation));
-  return seen;
 }
 
 }  // namespace
@@ -267,7 +265,9 @@ engine::Study read_tensile(const io::Section& top) {
                     study.lateral_held ? "held (exact: C12 = 0)" : "free"),
                 .moves = false}),
       .measures = measures,
-      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+        run(study, seen, progress, cost);
+      }};
 }
 
 }  // namespace veriflex::drivers

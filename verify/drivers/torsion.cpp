@@ -128,7 +128,7 @@ double stiffness(const TorsionStudy& study, std::int64_t n, bool with_straight) 
   return couple * static_cast<double>(to - from) * study.spacing / (turn[to] - turn[from]);
 }
 
-Observations run(const TorsionStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const TorsionStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const std::size_t count = study.sides.size();
   const double r0 = study.spacing;
   const double modulus = 4.0 * study.material.angle_stiffness / (r0 * r0 * r0);
@@ -179,7 +179,6 @@ Observations run(const TorsionStudy& study, Progress& progress, engine::Cost& co
     return std::log(error[last - 1] / error[last]) / std::log(finer);
   };
   const double limit = ratio[last] + (ratio[last] - ratio[last - 1]) / (finer * finer - 1.0);
-  Observations seen;
   seen.metrics = {
       {"bar_error", bar_error, "1", "bars against the warping of their section, worst of the sides"},
       {"series_error", series_error, "1",
@@ -191,7 +190,6 @@ Observations run(const TorsionStudy& study, Progress& progress, engine::Cost& co
       {"extrapolated_error", std::abs(limit - 1.0), "1",
        "departure of the sections after Richardson's extrapolation of order 2"}};
   seen.records = {record, convergence};
-  return seen;
 }
 
 }  // namespace
@@ -228,7 +226,9 @@ engine::Study read_torsion(const io::Section& top) {
                     .moves = false}),
           .measures = {"bar_error", "series_error", "thickest_bar_error", "order_lattice",
                        "order_right_angles", "extrapolated_error"},
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

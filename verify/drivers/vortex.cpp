@@ -201,7 +201,7 @@ double spread_of_planes(const VortexStudy& study, const std::vector<Row>& rows) 
   return worst;
 }
 
-Observations run(const VortexStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const VortexStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   std::vector<Row> rows;
   const std::size_t count = study.planes.size() * study.storages.size() * study.nodes.size();
   for (const std::string& plane : study.planes) {
@@ -213,14 +213,12 @@ Observations run(const VortexStudy& study, Progress& progress, engine::Cost& cos
       }
     }
   }
-  Observations seen;
   add_convergence(study, rows, seen);
   add_work(rows, seen);
   if (study.storages.size() == 2) add_storage(study, rows, seen);
   if (study.planes.size() > 1)
     seen.metrics.push_back({"spread_of_planes", spread_of_planes(study, rows), "1",
                             "largest relative difference of the error between planes"});
-  return seen;
 }
 
 std::vector<std::string> measured_names(const VortexStudy& study) {
@@ -294,7 +292,9 @@ engine::Study read_vortex(const io::Section& top) {
   largest.grid = plane_box(study.nodes.back(), axes_of(study.planes.front()));
   return {.plan = engine::read_plan(top, {.fluid = largest}),
           .measures = measured_names(study),
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

@@ -155,7 +155,7 @@ double constant(const std::vector<double>& k, const std::vector<double>& value) 
   return ((value[n - 1] - 1.0) / fine * coarse - (value[n - 2] - 1.0) / coarse * fine) / (coarse - fine);
 }
 
-Observations run(const WaveStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const WaveStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const std::size_t resolutions = study.nodes.size();
   std::vector<Row> rows(study.relaxation_times.size() * resolutions);
   for_all(rows.size(), "waves", progress, [&](std::size_t i) {
@@ -163,7 +163,6 @@ Observations run(const WaveStudy& study, Progress& progress, engine::Cost& cost)
   });
   cost.finish("waves");
 
-  Observations seen;
   double worst = 0.0;
   for (const Row& row : rows)
     if (!(row.departure <= worst)) worst = row.departure;
@@ -201,7 +200,6 @@ Observations run(const WaveStudy& study, Progress& progress, engine::Cost& cost)
     constants.columns.insert(constants.columns.end(), {leading, limit, index});
   }
   seen.records = {convergence, dispersion_record(rows, study.sound), constants};
-  return seen;
 }
 
 Vec3 read_direction(const io::Section& table, const std::string& key) {
@@ -260,7 +258,9 @@ engine::Study read_wave(const io::Section& top) {
   }
   return {.plan = engine::read_plan(top, {.fluid = largest}),
           .measures = measured_names(study),
-          .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

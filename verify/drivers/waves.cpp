@@ -139,7 +139,7 @@ class Body {
   solid::Held held_;
 };
 
-Observations run(const WavesStudy& study, Progress& progress, engine::Cost& cost) {
+void run(const WavesStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const Body body(study);
   const double limit = body.linear_limit();
   const double dt = study.fraction * limit;
@@ -168,7 +168,6 @@ Observations run(const WavesStudy& study, Progress& progress, engine::Cost& cost
     motion_error = std::max(motion_error, found[i].departure);
   }
   const auto off = [&](std::size_t i) { return std::abs(found[i].omega / modes[i].continuum - 1.0); };
-  Observations seen;
   seen.metrics = {
       {"frequency_error", frequency_error, "1", "departure from leap-frog's own frequency, worst mode"},
       {"motion_error", motion_error, "1",
@@ -178,7 +177,6 @@ Observations run(const WavesStudy& study, Progress& progress, engine::Cost& cost
        "1", "order in k of that departure, two longest waves"},
       {"dt_over_limit", dt / limit, "1", "time step over the linear limit 2/omega_max"}};
   seen.records = {record};
-  return seen;
 }
 
 }  // namespace
@@ -233,7 +231,9 @@ engine::Study read_waves(const io::Section& top) {
       .plan = engine::read_plan(
           top, {.law = law, .solid = solid, .method = "leap-frog, end sections held", .moves = true}),
       .measures = {"frequency_error", "motion_error", "continuum_error", "order_continuum", "dt_over_limit"},
-      .run = [study](Progress& progress, engine::Cost& cost) { return run(study, progress, cost); }};
+      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+        run(study, seen, progress, cost);
+      }};
 }
 
 }  // namespace veriflex::drivers

@@ -221,12 +221,14 @@ Result run_case(const Case& c, int threads) {
                 .cost = {}};
   Progress progress(c.id);
   try {
-    result.seen = c.study.run(progress, result.cost);
+    c.study.run(result.seen, progress, result.cost);
     for (const Check& check : c.checks) result.outcomes.push_back(judge(check, c, result.seen));
     result.verdict = overall(result.outcomes);
   } catch (const NumericalFailure& failure) {
     if (const auto* interrupted = dynamic_cast<const observe::Interrupted*>(&failure)) {
-      result.seen = interrupted->seen;
+      const observe::Observations& last = interrupted->seen;
+      result.seen.records.insert(result.seen.records.end(), last.records.begin(), last.records.end());
+      result.seen.metrics.insert(result.seen.metrics.end(), last.metrics.begin(), last.metrics.end());
     }
     result.outcomes.clear();
     result.error_kind = "numerical";

@@ -17,9 +17,10 @@ struct Study {
   scene::Plan plan;
   /// Everything a check may ask for: metric names, and `record.column` for curves.
   std::vector<std::string> measures;
-  /// Runs the study. The result depends on nothing but the case: not on threads, time or machine load.
-  /// Throws NumericalFailure.
-  std::function<observe::Observations(Progress&, Cost&)> run;
+  /// Runs the study and adds what it measures to the caller's observations as it goes, so that whatever ends
+  /// a run leaves what was seen until then. The result depends on nothing but the case: not on threads, time
+  /// or machine load. Throws NumericalFailure; an observe::Interrupted brings the last good state along.
+  std::function<void(observe::Observations&, Progress&, Cost&)> run;
 };
 
 /// A kind of study, by the name that `driver = "..."` gives in a case.

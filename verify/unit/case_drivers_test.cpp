@@ -26,7 +26,8 @@ double measured(Read read, const std::string& text, const std::string& metric) {
   const engine::Study study = read(io::parse_document(text, "case.toml"));
   Progress progress("test");
   engine::Cost cost;
-  const observe::Observations seen = study.run(progress, cost);
+  observe::Observations seen;
+  study.run(seen, progress, cost);
   REQUIRE(seen.metric(metric) != nullptr);
   return seen.metric(metric)->value;
 }

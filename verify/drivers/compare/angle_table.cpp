@@ -16,7 +16,7 @@ namespace {
 using observe::Observations;
 using observe::Record;
 
-Observations compare_angle(double stiffness, bool straight, const Table& table) {
+void compare_angle(double stiffness, bool straight, const Table& table, Observations& seen) {
   const auto rows = static_cast<Eigen::Index>(table.rows());
   const std::array<Positions, 3> at{table.vectors("", "1"), table.vectors("", "2"), table.vectors("", "3")};
   const std::array<Positions, 3> peer{table.vectors("f", "1"), table.vectors("f", "2"),
@@ -54,7 +54,6 @@ Observations compare_angle(double stiffness, bool straight, const Table& table) 
   }
   const Errors energy_error = relative_errors(minus(energy, table["energy"]), table["energy"], table);
   const Errors force_error = relative_errors(off, peer_force, table);
-  Observations seen;
   Record record{
       "angle_table",
       "One angle: this program and its peer",
@@ -78,7 +77,6 @@ Observations compare_angle(double stiffness, bool straight, const Table& table) 
   seen.metrics.push_back({"clamped_force_error", clamped_relative.value, "1",
                           "over the rows left out, relative to each row's own largest component"});
   count_rows(table, seen);
-  return seen;
 }
 
 }  // namespace
@@ -96,14 +94,15 @@ engine::Study read_angle_table(const io::Section& top, const io::Section& compar
   const Table table(compare, "table", compare.text("table"));
   table.need(joined({"theta", "energy"},
                     {xyz("", "1"), xyz("", "2"), xyz("", "3"), xyz("f", "1"), xyz("f", "2"), xyz("f", "3")}));
-  return {
-      .plan = {.built = {{"angle",
-                          fmt::format("one angle of stiffness {}, at rest at {} degrees", stiffness,
-                                      rest_angle),
-                          0.0}},
-               .left_out = {{"bonds", "the table is about one angle alone"}}},
-      .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows"},
-      .run = [=](Progress&, engine::Cost&) { return compare_angle(stiffness, rest_angle == 180, table); }};
+  return {.plan = {.built = {{"angle",
+                              fmt::format("one angle of stiffness {}, at rest at {} degrees", stiffness,
+                                          rest_angle),
+                              0.0}},
+                   .left_out = {{"bonds", "the table is about one angle alone"}}},
+          .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows"},
+          .run = [=](Observations& seen, Progress&, engine::Cost&) {
+            compare_angle(stiffness, rest_angle == 180, table, seen);
+          }};
 }
 
 }  // namespace veriflex::drivers::compare

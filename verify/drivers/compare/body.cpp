@@ -17,10 +17,10 @@ Body read_body(const io::Section& top, const io::Section& compare) {
   const std::filesystem::path beside = std::filesystem::path(compare.place().file).parent_path();
   const std::string name = compare.text("data");
   std::filesystem::path file = beside / name;
-  if (!std::filesystem::exists(file)) file = repository::references / name;
+  if (!std::filesystem::exists(file)) file = repository::references() / name;
   if (!std::filesystem::exists(file)) {
     compare.fail("data", fmt::format("data file '{}' not found", name),
-                 fmt::format("looked in {} and {}", beside.string(), repository::references.string()),
+                 fmt::format("looked in {} and {}", beside.string(), repository::references().string()),
                  "Name it relative to one of these");
   }
   const io::LammpsData data = io::read_lammps_data(file);

@@ -14,7 +14,7 @@ namespace {
 using observe::Observations;
 using observe::Record;
 
-Observations compare_bond(const bond::AnyLaw& law, const Table& table) {
+void compare_bond(const bond::AnyLaw& law, const Table& table, Observations& seen) {
   const Interval domain = bond::domain(law);
   std::vector<double> energy;
   std::vector<double> force;
@@ -28,7 +28,6 @@ Observations compare_bond(const bond::AnyLaw& law, const Table& table) {
   }
   const Errors energy_error = relative_errors(minus(energy, table["energy"]), table["energy"], table);
   const Errors force_error = relative_errors(minus(force, table["force"]), table["force"], table);
-  Observations seen;
   Record record{"bond_table",
                 "One bond: this program and its peer",
                 {{"r", "r", "L", "length of the bond", {}},
@@ -49,7 +48,6 @@ Observations compare_bond(const bond::AnyLaw& law, const Table& table) {
   seen.metrics.push_back(
       {"clamped_force_error", force_error.largest_clamped, "1", "the same over the rows left out"});
   count_rows(table, seen);
-  return seen;
 }
 
 }  // namespace
@@ -60,7 +58,7 @@ engine::Study read_bond_table(const io::Section& top, const io::Section& compare
   table.need({"r", "energy", "force"});
   return {.plan = scene::plan({.law = law, .solid = std::nullopt, .method = "", .moves = false}),
           .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows"},
-          .run = [=](Progress&, engine::Cost&) { return compare_bond(law, table); }};
+          .run = [=](Observations& seen, Progress&, engine::Cost&) { compare_bond(law, table, seen); }};
 }
 
 }  // namespace veriflex::drivers::compare

@@ -13,8 +13,8 @@ namespace {
 using observe::Observations;
 using observe::Record;
 
-Observations compare_cantilever(const Body& body, const Table& table, std::size_t clamped_layers,
-                                Progress& progress) {
+void compare_cantilever(const Body& body, const Table& table, std::size_t clamped_layers, Progress& progress,
+                        Observations& seen) {
   const solid::Network& network = body.network;
   const auto layers = layers_of(network);
   const std::vector<Eigen::Index>& last = layers.back();
@@ -56,7 +56,6 @@ Observations compare_cantilever(const Body& body, const Table& table, std::size_
   const Errors energy_error = relative_errors(minus(energy, peer_energy), peer_energy, table);
   const Errors reaction_error =
       relative_errors(minus(reaction, table["clamp_reaction_x"]), table["clamp_reaction_x"], table);
-  Observations seen;
   Record record{"cantilever",
                 "Clamped bar under a transverse load: this program and its peer",
                 {{"load", "", "M L T^-2", "force along x on each node of the last layer", {}},
@@ -79,7 +78,6 @@ Observations compare_cantilever(const Body& body, const Table& table, std::size_
   seen.metrics.push_back({"largest_residual", residual.value, "1",
                           "largest out-of-balance force over the largest tension, all states"});
   count_rows(table, seen);
-  return seen;
 }
 
 }  // namespace
@@ -96,8 +94,8 @@ engine::Study read_cantilever(const io::Section& top, const io::Section& compare
   return {
       .plan = plan_of(body, newton, false),
       .measures = {"tip_error", "reaction_error", "energy_error", "largest_residual", "rows", "clamped_rows"},
-      .run = [=](Progress& progress, engine::Cost&) {
-        return compare_cantilever(body, table, clamped, progress);
+      .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
+        compare_cantilever(body, table, clamped, progress, seen);
       }};
 }
 

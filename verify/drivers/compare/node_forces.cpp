@@ -56,8 +56,8 @@ NodeParts node_parts(const Body& body, const Positions& u) {
   return parts;
 }
 
-Observations compare_nodes(const Body& body, const Table& table,
-                           const std::vector<Eigen::Index>& node_of_row) {
+void compare_nodes(const Body& body, const Table& table, const std::vector<Eigen::Index>& node_of_row,
+                   Observations& seen) {
   const Eigen::Index nodes = body.network.node_count();
   const auto peer = [&](const std::string& prefix, const std::string& suffix) {
     return by_node(table.vectors(prefix, suffix), node_of_row, 0, nodes);
@@ -77,7 +77,6 @@ Observations compare_nodes(const Body& body, const Table& table,
   const Errors angle_energy_error =
       relative_errors(minus(ours.angle_energy, peer_angle_energy), peer_angle_energy, table);
 
-  Observations seen;
   Record record{"node_forces",
                 "Force on each node of the displaced network: this program and its peer",
                 {{"node", "", "1", "number of the node", {}},
@@ -101,7 +100,6 @@ Observations compare_nodes(const Body& body, const Table& table,
   seen.metrics.push_back({"bond_energy_error", bond_energy_error.largest, "1", of_the_largest});
   seen.metrics.push_back({"angle_energy_error", angle_energy_error.largest, "1", of_the_largest});
   count_rows(table, seen);
-  return seen;
 }
 
 }  // namespace
@@ -123,7 +121,9 @@ engine::Study read_node_forces(const io::Section& top, const io::Section& compar
   return {.plan = plan_of(body, "", false),
           .measures = {"force_error", "bond_force_error", "angle_force_error", "bond_energy_error",
                        "angle_energy_error", "rows", "clamped_rows"},
-          .run = [=](Progress&, engine::Cost&) { return compare_nodes(body, table, node_of_row); }};
+          .run = [=](Observations& seen, Progress&, engine::Cost&) {
+            compare_nodes(body, table, node_of_row, seen);
+          }};
 }
 
 }  // namespace veriflex::drivers::compare

@@ -12,7 +12,7 @@ namespace veriflex::drivers::compare {
 Table::Table(const io::Section& compare, const std::string& key, const std::string& id)
     : compare_(compare), key_(key) {
   const std::filesystem::path beside = std::filesystem::path(compare.place().file).parent_path();
-  reference_ = engine::find_reference(id, beside, repository::references, compare.place(key));
+  reference_ = engine::find_reference(id, beside, repository::references(), compare.place(key));
   if (reference_.columns.empty()) {
     compare.fail(key, fmt::format("reference '{}' has no table", reference_.id),
                  "its rows are what is compared", "Name a reference with [data]");

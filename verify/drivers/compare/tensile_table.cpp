@@ -23,7 +23,7 @@ void hold_in_plane(solid::Held& held, const solid::Network& network) {
   if (far != 0) held(far, std::abs(dx[far]) >= std::abs(dy[far]) ? y_axis : x_axis) = true;
 }
 
-Observations compare_tensile(const Body& body, const Table& table, Progress& progress) {
+void compare_tensile(const Body& body, const Table& table, Progress& progress, Observations& seen) {
   const solid::Network& network = body.network;
   const auto layers = layers_of(network);
   const double bottom = network.rest(layers.front().front(), z_axis);
@@ -56,7 +56,6 @@ Observations compare_tensile(const Body& body, const Table& table, Progress& pro
       relative_errors(minus(force_bottom, table["force_bottom"]), table["force_bottom"], table);
   const Errors top_error = relative_errors(minus(force_top, table["force_top"]), table["force_top"], table);
   const Errors energy_error = relative_errors(minus(energy, peer_energy), peer_energy, table);
-  Observations seen;
   Record record{"end_force",
                 "Force of the pulled bar on its ends: this program and its peer",
                 {{"strain", "", "1", "change of length over undeformed length", {}},
@@ -78,7 +77,6 @@ Observations compare_tensile(const Body& body, const Table& table, Progress& pro
   seen.metrics.push_back({"largest_residual", residual.value, "1",
                           "largest out-of-balance force over the largest tension, all states"});
   count_rows(table, seen);
-  return seen;
 }
 
 }  // namespace
@@ -91,7 +89,9 @@ engine::Study read_tensile_table(const io::Section& top, const io::Section& comp
     compare.fail("data", "all nodes have the same z", "the bar is pulled along z", "Turn the body");
   return {.plan = plan_of(body, newton, false),
           .measures = {"force_error", "energy_error", "largest_residual", "rows", "clamped_rows"},
-          .run = [=](Progress& progress, engine::Cost&) { return compare_tensile(body, table, progress); }};
+          .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
+            compare_tensile(body, table, progress, seen);
+          }};
 }
 
 }  // namespace veriflex::drivers::compare

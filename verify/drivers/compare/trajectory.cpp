@@ -23,9 +23,9 @@ struct Motion {
   std::int64_t early;  // the steps up to which `early_position_error` is measured
 };
 
-Observations compare_trajectory(const Body& body, const Table& table, const Table& energies,
-                                const std::vector<Eigen::Index>& node_of_row, const Motion& motion,
-                                Progress& progress) {
+void compare_trajectory(const Body& body, const Table& table, const Table& energies,
+                        const std::vector<Eigen::Index>& node_of_row, const Motion& motion,
+                        Progress& progress, Observations& seen) {
   const solid::Network& network = body.network;
   const Eigen::Index nodes = network.node_count();
   const Positions peer_x = table.vectors("", "");
@@ -42,7 +42,6 @@ Observations compare_trajectory(const Body& body, const Table& table, const Tabl
   const double largest_velocity = peer_v.rowwise().norm().maxCoeff();
   const double energy_scale = std::abs(energies["total"].front());
 
-  Observations seen;
   Record record{
       "trajectory",
       "Free motion from the same start: this program and its peer",
@@ -120,7 +119,6 @@ Observations compare_trajectory(const Body& body, const Table& table, const Tabl
   seen.metrics.push_back({"energy_rows", static_cast<double>(energy_record.columns.front().values.size()),
                           "1", "rows of the table of energies that were compared"});
   count_rows(table, seen);
-  return seen;
 }
 
 }  // namespace
@@ -152,8 +150,8 @@ engine::Study read_trajectory(const io::Section& top, const io::Section& compare
           .measures = {"early_position_error", "position_error", "velocity_error", "energy_error",
                        "energy_change", "peer_energy_change", "dt_over_limit", "energy_rows", "rows",
                        "clamped_rows"},
-          .run = [=](Progress& progress, engine::Cost&) {
-            return compare_trajectory(body, table, energies, node_of_row, motion, progress);
+          .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
+            compare_trajectory(body, table, energies, node_of_row, motion, progress, seen);
           }};
 }
 
