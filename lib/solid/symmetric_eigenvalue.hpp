@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
+#include <exception>
 
 #include "base/error.hpp"
 
@@ -31,8 +32,12 @@ template <class Product>
 double largest_eigenvalue(Product& product, double tolerance, const char* what) {
   const Eigen::Index krylov = std::min<Eigen::Index>(product.rows(), 30);
   Spectra::SymEigsSolver<Product> solver(product, 1, krylov);
-  solver.init();
-  solver.compute(Spectra::SortRule::LargestAlge, lanczos_restarts, tolerance);
+  try {
+    solver.init();
+    solver.compute(Spectra::SortRule::LargestAlge, lanczos_restarts, tolerance);
+  } catch (const std::exception& failure) {  // Spectra's own, of numbers that are none
+    throw NumericalFailure(fmt::format("{} not found: {}", what, failure.what()));
+  }
   if (solver.info() != Spectra::CompInfo::Successful ||
       !is_eigenpair(product, solver.eigenvalues()[0], solver.eigenvectors().col(0),
                     100.0 * tolerance * std::abs(solver.eigenvalues()[0]))) {

@@ -277,7 +277,7 @@ engine::Study read_plate(const io::Section& top) {
   Plate study{.fluid = read_fluid(top, false),
               .forcing = read_forcing(top),
               .resolutions = read_rising(t, "resolutions", 8, 4096),
-              .period = t.integer("period", 8, 1'000'000'000),
+              .period = t.integer("period", 8, 200'000),
               .periods = t.integer("periods", 1, 10000),
               .velocity = read_positive(t, "velocity", 0.01),
               .iterations = {},

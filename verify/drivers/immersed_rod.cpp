@@ -45,7 +45,8 @@ struct Rod {
   observe::Watch watch;
 };
 
-constexpr std::int64_t most_period = 10'000'000;
+constexpr std::int64_t most_period = 200'000;
+constexpr double most_layer = 25.0;  // boxes
 constexpr std::int64_t unlimited = 1'000'000'000;
 
 struct Piece {
@@ -306,6 +307,16 @@ engine::Study read_rod(const io::Section& top) {
                               : study.amplitudes.front();
     fluid::Spec slice = box_of(study, box);
     slice.grid.size[2] = unlimited;  // the rod has no ends
+    const double layer =
+        std::sqrt(fluid::viscosity(study.fluid.relaxation_time) *
+                  static_cast<double>(*std::max_element(study.periods.begin(), study.periods.end())) /
+                  std::numbers::pi);
+    if (layer > most_layer * static_cast<double>(box)) {
+      t.fail(
+          "boxes", fmt::format("the Stokes layer is {:.4g} thick in a box of {} nodes", layer, box),
+          fmt::format("images count as far as it reaches, and it reaches farther than {} boxes", most_layer),
+          "Use a larger box, a smaller relaxation time or a shorter period");
+    }
     engine::check_images(slice, study.forcing.delta, Vec3(2.0, 2.0, 0.0) * std::floor(study.radius),
                          {0.0, stroke, 0.0}, "the rod", t.place("boxes"));
   }
