@@ -480,7 +480,7 @@ TEST_CASE("validate finds what is wrong between cases, references, ledger and bi
   folder.write("cases/bad.toml", replaced(claim, "wu-qi-2014, Eq. 13", "wu-qi-2041, Eq. 13"));
   CHECK_THAT(problems(), ContainsSubstring("bad.toml:6:11: the bibliography has no 'wu-qi-2041'"));
   folder.write("cases/bad.toml", good_case);
-  CHECK_THAT(problems(), ContainsSubstring("wu-qi-2014.toml:7:13: 'bad' does not judge 'modulus'"));
+  CHECK_THAT(problems(), ContainsSubstring("wu-qi-2014.toml:8:13: 'bad' does not judge 'modulus'"));
   folder.write("cases/bad.toml", claim);
   folder.write("reference/claims/wu-qi-2014.toml", replaced(ledger, "[\"bad\"]", "[\"other\"]"));
   CHECK_THAT(problems(), ContainsSubstring("'bad' is missing in judged_by of 'modulus'"));
