@@ -11,10 +11,14 @@ namespace veriflex::drivers {
 
 /// Calls work(i) for every i < count. The pieces must not depend on each other, so that results do not depend
 /// on the number of threads. The exception of the lowest i is rethrown, as it would be without threads.
-template <class Work>
-void for_all(std::size_t count, const std::string& phase, Progress& progress, Work work) {
+/// keep(i) is called, never by two threads at once, for i = 0, 1, 2, ... as far as all pieces up to i are
+/// done: what it stores stays when a later piece fails.
+template <class Work, class Keep>
+void for_all(std::size_t count, const std::string& phase, Progress& progress, Work work, Keep keep) {
   std::vector<std::exception_ptr> errors(count);
+  std::vector<char> finished(count, 0);
   std::size_t done = 0;
+  std::size_t kept = 0;
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t i = 0; i < count; ++i) {
     try {
@@ -23,11 +27,25 @@ void for_all(std::size_t count, const std::string& phase, Progress& progress, Wo
       errors[i] = std::current_exception();
     }
 #pragma omp critical
-    progress.show(phase, ++done, count);
+    {
+      finished[i] = 1;
+      try {
+        for (; kept < count && finished[kept] != 0 && !errors[kept]; ++kept) keep(kept);
+        progress.show(phase, ++done, count);
+      } catch (...) {
+        if (!errors[i]) errors[i] = std::current_exception();
+      }
+    }
   }
   for (const std::exception_ptr& error : errors) {
     if (error) std::rethrow_exception(error);
   }
+}
+
+/// The same with nothing to keep.
+template <class Work>
+void for_all(std::size_t count, const std::string& phase, Progress& progress, Work work) {
+  for_all(count, phase, progress, work, [](std::size_t) {});
 }
 
 }  // namespace veriflex::drivers

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/reduce.hpp"
+
 namespace veriflex::engine {
 
 namespace {
@@ -34,11 +36,14 @@ double largest_curve_error(const Check& check, const Reference& reference,
           fmt::format("the run did not measure {} at {} = {}, where reference '{}' has a point",
                       check.measure, check.curve->x, x_wanted[i], reference.id));
     }
+    if (std::find(at + 1, x->values.end(), x_wanted[i]) != x->values.end()) {
+      throw NumericalFailure(
+          fmt::format("the run measured {} more than once at {} = {}: the curve is not one", check.measure,
+                      check.curve->x, x_wanted[i]));
+    }
     const double measured = y->values[static_cast<std::size_t>(at - x->values.begin())];
     const double scale = std::max(std::abs(y_wanted[i]), check.tolerance.floor);
-    const double error = std::abs(measured - y_wanted[i]) / scale;
-    if (!(error <= largest)) largest = error;  // keeps a NaN
-    if (std::isnan(largest)) return largest;
+    largest = worse(largest, relative_to(measured - y_wanted[i], scale));
   }
   return largest;
 }

@@ -134,6 +134,19 @@ TEST_CASE("A curve is judged by its largest error at the reference's points") {
   CHECK_THROWS_AS(judged_curve({1.0, 2.0}, {10.0, not_a_number}), NumericalFailure);
   CHECK_THROWS_AS(judged_curve({1.0, 2.0}, {not_a_number, 0.0}), NumericalFailure);
   CHECK_THROWS_AS(judge(curve_case().checks.front(), curve_case(), {}), NumericalFailure);  // no record
+  // Which of two values at one point would be meant is not known.
+  CHECK_THROWS_WITH(judged_curve({1.0, 2.0, 1.0}, {10.0, 0.0, 11.0}), ContainsSubstring("more than once"));
+}
+
+TEST_CASE("Nothing measured where nothing is expected is no error, even without a floor") {
+  Case c = curve_case();
+  c.checks.front().tolerance.floor = 0.0;
+  c.references.front().columns[1].values = {10.0, 0.0};
+  observe::Observations seen;
+  seen.records.push_back({"bend", "", {{"x", "", "1", "", {1.0, 2.0}}, {"y", "", "1", "", {10.0, 0.0}}}});
+  CHECK(judge(c.checks.front(), c, seen).error == 0.0);
+  seen.records.front().columns[1].values[1] = 1e-30;
+  CHECK_THROWS_AS(judge(c.checks.front(), c, seen), NumericalFailure);  // endlessly far off
 }
 
 TEST_CASE("A case fails when a check fails, and findings are no failures") {
@@ -218,7 +231,11 @@ TEST_CASE("CSV: comments, spaces and line ends of both kinds") {
   CHECK(columns[1].name == "y");
   CHECK(columns[0].values == std::vector<double>{1.0, 3.0});
   CHECK(columns[1].values == std::vector<double>{-2.5e-3, 4.0});
-  for (const std::string bad : {"x\n0x10\n", "x\n1 2\n", "x\n+1\n", "x\ninf\n", "x\n1;2\n"}) {
+  const auto marked = io::parse_csv("\xEF\xBB\xBFx,y\n+1,+2.5e+3\n", "t.csv");  // as spreadsheets write it
+  CHECK(marked[0].name == "x");
+  CHECK(marked[0].values == std::vector<double>{1.0});
+  CHECK(marked[1].values == std::vector<double>{2500.0});
+  for (const std::string bad : {"x\n0x10\n", "x\n1 2\n", "x\n+-1\n", "x\n+\n", "x\ninf\n", "x\n1;2\n"}) {
     CHECK_THROWS_AS(io::parse_csv(bad, "t.csv"), InputError);
   }
 }
