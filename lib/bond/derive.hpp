@@ -1,7 +1,7 @@
 /// What a bond law means for the solid built of it: rest length, stiffness, Young's modulus, and how far they
 /// hold.
-///                                                                         [wu-qi-2014, Eqs. 21-25, Appendix
-///                                                                         A]
+/// [wu-qi-2014, Eqs. 21-25, Appendix A]
+///
 /// A cubic lattice of bonds with one chain per area r_eq^2 has, at rest, C11 = E = U''(r_eq)/r_eq and C12 =
 /// 0. Strain is r/r_eq - 1; stress is tension per undeformed area r_eq^2.
 #pragma once

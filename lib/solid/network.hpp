@@ -1,5 +1,5 @@
-/// The solid as a network: nodes, bonds between them, and angles between the bonds of a node.   [wu-qi-2014,
-/// Sec. 2.2]
+/// The solid as a network: nodes, bonds between them, and angles between the bonds of a node.
+/// [wu-qi-2014, Sec. 2.II]
 #pragma once
 
 #include <array>

@@ -72,6 +72,11 @@ std::string to_string(Verdict verdict) {
   return "error";
 }
 
+std::string required(const Outcome& outcome) {
+  return fmt::format(fmt::runtime(outcome.outside ? "beyond {:.10g} +- {:.3g}" : "{:.10g} within {:.3g}"),
+                     outcome.target, outcome.tolerance);
+}
+
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen) {
   Outcome outcome{};
   outcome.measure = check.measure;
@@ -82,6 +87,7 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
   outcome.target = check.target;
   const bool of_target = check.tolerance.relative && !check.curve;
   outcome.tolerance = check.tolerance.value * (of_target ? std::abs(check.target) : 1.0);
+  outcome.outside = check.outside;
   outcome.error = std::abs(outcome.measured - outcome.target);
   const double margin = outcome.error / outcome.tolerance;
   outcome.margin = check.outside ? 1.0 / margin : margin;
