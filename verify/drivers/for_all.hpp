@@ -10,11 +10,15 @@
 namespace veriflex::drivers {
 
 /// Calls work(i) for every i < count. The pieces must not depend on each other, so that results do not depend
-/// on the number of threads. The exception of the lowest i is rethrown, as it would be without threads.
-template <class Work>
-void for_all(std::size_t count, const std::string& phase, Progress& progress, Work work) {
+/// on the number of threads. keep(i) is called for each piece that came to its end, in the order of i and one
+/// after the other, as soon as the pieces before it have ended: what a driver adds to its observations there
+/// is kept whatever happens to the pieces after it. The exception of the lowest i is rethrown, as it would be
+/// without threads.
+template <class Work, class Keep>
+void for_all(std::size_t count, const std::string& phase, Progress& progress, Work work, Keep keep) {
   std::vector<std::exception_ptr> errors(count);
-  std::size_t done = 0;
+  std::vector<char> ended(count, 0);
+  std::size_t done = 0, kept = 0;
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t i = 0; i < count; ++i) {
     try {
@@ -23,11 +27,28 @@ void for_all(std::size_t count, const std::string& phase, Progress& progress, Wo
       errors[i] = std::current_exception();
     }
 #pragma omp critical
-    progress.show(phase, ++done, count);
+    {
+      ended[i] = 1;
+      for (; kept < count && ended[kept] != 0; ++kept) {
+        if (errors[kept]) continue;
+        try {
+          keep(kept);
+        } catch (...) {
+          errors[kept] = std::current_exception();
+        }
+      }
+      progress.show(phase, ++done, count);
+    }
   }
   for (const std::exception_ptr& error : errors) {
     if (error) std::rethrow_exception(error);
   }
+}
+
+/// The same for pieces of which nothing is kept before all have ended.
+template <class Work>
+void for_all(std::size_t count, const std::string& phase, Progress& progress, Work work) {
+  for_all(count, phase, progress, work, [](std::size_t) {});
 }
 
 }  // namespace veriflex::drivers
