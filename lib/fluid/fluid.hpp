@@ -1,5 +1,5 @@
-/// The fluid: D3Q15 BGK in a box, periodic or between walls, with obstacles and forces.     [wu-qi-2014,
-/// Sec. 2.1]
+/// The fluid: D3Q15 BGK in a box, periodic or between walls, with obstacles and forces.
+/// [wu-qi-2014, Sec. 2.I]
 ///
 /// A module as seen from outside: what is asked for in a Spec, and a handful of calls per step. The loops
 /// behind it are compiled for each storage, force scheme and kind of wall; what a scene does not have costs
@@ -51,8 +51,8 @@ std::array<bool, 3> closed(const Spec& spec);
 /// The deviations f - w of one node.
 using Populations = std::array<double, Q>;
 
-/// Local equilibrium at density rho and velocity u, as deviations.                         [wu-qi-2014, Eq.
-/// 3]
+/// Local equilibrium at density rho and velocity u, as deviations.
+/// [wu-qi-2014, Eq. 2]
 Populations equilibrium(double rho, const Vec3& u);
 
 /// rho - 1, in the order in which a collision adds up.

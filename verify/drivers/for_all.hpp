@@ -10,10 +10,9 @@
 namespace veriflex::drivers {
 
 /// Calls work(i) for every i < count. The pieces must not depend on each other, so that results do not depend
-/// on the number of threads. keep(i) is called for each piece that came to its end, in the order of i and one
-/// after the other, as soon as the pieces before it have ended: what a driver adds to its observations there
-/// is kept whatever happens to the pieces after it. The exception of the lowest i is rethrown, as it would be
-/// without threads.
+/// on the number of threads. keep(i) is called for each piece that came to its end, never by two threads at
+/// once and in the order of i, as soon as the pieces before it have ended: what it stores stays, whatever
+/// happens to other pieces. The exception of the lowest i is rethrown, as it would be without threads.
 template <class Work, class Keep>
 void for_all(std::size_t count, const std::string& phase, Progress& progress, Work work, Keep keep) {
   std::vector<std::exception_ptr> errors(count);
@@ -30,14 +29,17 @@ void for_all(std::size_t count, const std::string& phase, Progress& progress, Wo
     {
       ended[i] = 1;
       for (; kept < count && ended[kept] != 0; ++kept) {
-        if (errors[kept]) continue;
         try {
-          keep(kept);
+          if (!errors[kept]) keep(kept);
         } catch (...) {
           errors[kept] = std::current_exception();
         }
       }
-      progress.show(phase, ++done, count);
+      try {
+        progress.show(phase, ++done, count);
+      } catch (...) {
+        if (!errors[i]) errors[i] = std::current_exception();
+      }
     }
   }
   for (const std::exception_ptr& error : errors) {
@@ -45,7 +47,7 @@ void for_all(std::size_t count, const std::string& phase, Progress& progress, Wo
   }
 }
 
-/// The same for pieces of which nothing is kept before all have ended.
+/// The same with nothing to keep.
 template <class Work>
 void for_all(std::size_t count, const std::string& phase, Progress& progress, Work work) {
   for_all(count, phase, progress, work, [](std::size_t) {});

@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <complex>
+#include <limits>
 
 #include "base/reduce.hpp"
 #include "drivers/drivers.hpp"
@@ -107,12 +108,14 @@ void run(const GalileanStudy& study, Observations& seen, Progress& progress, eng
   Record& record = seen.records.front();
   std::vector<Decay> decays(speeds.size());
   double worst = 0.0;
+  double at_rest = std::numeric_limits<double>::quiet_NaN();  // decay rate without a stream
   for_all(
       speeds.size(), "streams", progress, [&](std::size_t i) { decays[i] = measure(study, speeds[i]); },
       [&](std::size_t i) {
         worst = worse(worst, std::abs(decays[i].measured / decays[i].exact - 1.0));
-        if (i == 0) return;  // what the others are held against
-        const double ratio = decays[i].measured / decays[0].measured;
+        if (i == 0) at_rest = decays[i].measured;
+        if (i == 0 || std::isnan(at_rest)) return;  // nothing to hold it against
+        const double ratio = decays[i].measured / at_rest;
         record.append({speeds[i], ratio, 1.0 - ratio, 1.0 - decays[i].exact / decays[0].exact,
                        1.5 * speeds[i] * speeds[i]});
       });

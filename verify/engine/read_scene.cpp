@@ -99,6 +99,18 @@ scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, dou
   return {.shape = solid::Block{read_nodes(table, shape), spacing}, .angle_stiffness = angle_stiffness};
 }
 
+scene::SolidSpec read_solid_at_rest(const io::Section& top, const bond::AnyLaw& law, double rest_length) {
+  const scene::SolidSpec solid = read_solid(top, law, rest_length);
+  const double spacing = std::visit([](const auto& shape) { return shape.spacing; }, solid.shape);
+  if (spacing != rest_length) {
+    top.table("solid").fail(
+        "spacing", fmt::format("'spacing' is {}", spacing),
+        fmt::format("the theory is that of a body at rest, and the rest length is {}", rest_length),
+        "Leave it out");
+  }
+  return solid;
+}
+
 Vec3 read_vector(const io::Section& table, const std::string& key) {
   const std::vector<double> v = table.numbers(key);
   if (v.size() != 3) {
