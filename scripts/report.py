@@ -24,6 +24,15 @@ WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
 SMALL_ROWS = 20  # records of at most that many rows are shown as tables
 PRINTED = 10  # a target of at most that many digits counts as a printed number
 MARKS = {"pass": "✓", "fail": "✗", "error": "!", "finding": "◇"}
+# As what a statement of the paper is marked, by its standing.
+STANDING_MARKS = {
+    "holds": "pass",
+    "refuted in part": "finding",
+    "refuted": "finding",
+    "not decidable": "",
+    "not run": "",
+    "unsettled": "fail",
+}
 
 
 def powers_of_ten(mantissa, exponent):
@@ -175,23 +184,24 @@ def small_records(result):
     ]
 
 
-def claims(results_read, verdict):
-    """Pairs of result and check for the claims with this verdict."""
-    return [
-        (result, check)
-        for result in results_read
-        for check in result.checks
-        if check.question == "claim" and check.verdict == verdict
-    ]
+def ledger_rows(claims, results_read):
+    """Entries of the ledger (`veriflex claims --json`), each judgement with the result it stands in, if any.
 
-
-def ledger_rows(ledger, results_read):
-    """Entries of the ledger (the claims of `veriflex claims --json`), each judgement with the result it stands in, if any."""
+    None when no case judged any of them: a user's own cases get a report without the paper.
+    """
+    if all(entry["standing"] in ("not run", "not decidable") for entry in claims):
+        return []
     by_id = {result.id: result for result in results_read}
     return [
         entry | {"judgements": [found | {"result": by_id.get(found["case"])} for found in entry["judgements"]]}
-        for entry in ledger
+        for entry in claims
     ]
+
+
+def standings_in_words(counts):
+    """How many statements of the paper stand how, in one line."""
+    words = [f"{count} {'hold' if name == 'holds' and count != 1 else name}" for name, count in counts.items()]
+    return ", ".join(word for word in words if word != "0 unsettled")
 
 
 def provenance(results_read):
@@ -208,6 +218,7 @@ def dates(results_read):
 
 def page(results_read, unreadable, ledger):
     """The whole HTML page as text; `ledger` may be None."""
+    entries = ledger_rows(ledger["claims"], results_read) if ledger else []
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
@@ -225,9 +236,10 @@ def page(results_read, unreadable, ledger):
         results=results_read,
         unreadable=unreadable,
         verdicts=Counter(result.verdict for result in results_read),
-        holding=claims(results_read, "pass"),
-        refuted=claims(results_read, "finding"),
-        ledger=ledger_rows(ledger, results_read) if ledger else [],
+        ledger=entries,
+        standings=ledger["counts"] if ledger else {},
+        marked=STANDING_MARKS,
+        refuted=[entry for entry in entries if entry["standing"].startswith("refuted")],
         laws=plots.laws(results_read),
         law_figures=[drawn for drawn in side_figures if drawn is not None],
         figures={result.file: plots.of_case(result, f"f{number}") for number, result in enumerate(results_read)},
@@ -246,7 +258,7 @@ def write(path, text):
         aside.unlink(missing_ok=True)
 
 
-def verdict_table(results_read, unreadable):
+def verdict_table(results_read, unreadable, ledger):
     """Lines of a plain-text table, one row per case, and a line of counts."""
     head = ("case", "verdict", "checks", "worst margin", "findings", "wall s")
     body = []
@@ -270,14 +282,14 @@ def verdict_table(results_read, unreadable):
         numbers = [cell.rjust(width) for cell, width in zip(row[2:], widths[2:])]
         lines.append("  ".join(words + numbers))
     counts = Counter(result.verdict for result in results_read)
-    holding, refuted = claims(results_read, "pass"), claims(results_read, "finding")
     errors = counts["error"] + len(unreadable)
     lines.append("")
     lines.append(
         f"{len(body)} cases: {counts['pass']} pass, {counts['fail']} fail, {errors} error"
         + (f" ({len(unreadable)} unreadable)" if unreadable else "")
-        + f"; claims of the paper: {len(holding)} hold, {len(refuted)} refuted"
     )
+    if ledger and ledger_rows(ledger["claims"], results_read):
+        lines.append(f"statements of the paper: {standings_in_words(ledger['counts'])}")
     return lines
 
 
@@ -302,7 +314,8 @@ def main(arguments=None):
     ledger = None
     if options.claims:
         try:
-            ledger = json.loads(options.claims.read_text(encoding="utf-8"))["claims"]
+            ledger = json.loads(options.claims.read_text(encoding="utf-8"))
+            ledger = {"claims": ledger["claims"], "counts": ledger["counts"]}
         except (OSError, ValueError, KeyError, TypeError) as problem:
             print(f"{options.claims}: no ledger ({problem}). Make it with `veriflex claims --json`", file=sys.stderr)
             return USAGE
@@ -312,7 +325,7 @@ def main(arguments=None):
     except OSError as problem:
         print(f"{out}: cannot be written ({problem.strerror}). Give another file with --out", file=sys.stderr)
         return UNWRITABLE
-    print("\n".join(verdict_table(results_read, unreadable)))
+    print("\n".join(verdict_table(results_read, unreadable, ledger)))
     print(out)
     return WRITTEN
 

@@ -66,7 +66,8 @@ class Check:
     tolerance_text: str
     reason: str
     error: float
-    margin: float  # error / tolerance
+    margin: float  # error / tolerance; its inverse where the statement holds outside
+    holds: str  # within or outside the tolerance of the target
     verdict: str  # pass, fail, finding
     reference: str
     kind: str

@@ -17,7 +17,7 @@ TEXT = h5py.string_dtype("utf-8")
 CHECK = dict(
     metric="young_modulus", question="code", measured=1021.1862965340421, target=1021.1862965340418, tolerance=1e-9,
     tolerance_text="1e-12 relative", reason="round-off", error=3e-13, margin=3e-4, verdict="pass", reference="fene-lj",
-    kind="high-precision", source="30 digits", claim="", statement="The modulus is U''/r.",
+    kind="high-precision", source="30 digits", claim="", holds="within", statement="The modulus is U''/r.",
 )  # fmt: skip
 REFUTED = CHECK | dict(question="claim", target=1021.1439, error=0.0424, margin=848.0, verdict="finding")
 FAILED = CHECK | dict(metric="order_central", measured=1.62, target=2.0, error=0.38, margin=3.8, verdict="fail")
@@ -207,21 +207,45 @@ class WrittenReport(unittest.TestCase):
 
 
 class Ledger(unittest.TestCase):
-    def test_every_entry_is_a_row_judged_or_not(self):
-        entry = dict(where="Eq. 1", states="E = <1>", conditions="", notes="")
-        found = [dict(case="one", verdict="finding"), dict(case="two", verdict="not run")]
-        claims = [entry | dict(id="modulus", judgements=found), entry | dict(id="speed", judgements=[])]
+    def page_of(self, folder, claims, counts):
+        ledger = Path(folder, "claims.json")
+        ledger.write_text(json.dumps(dict(claims=claims, counts=counts)))
+        ran = run(folder, "--claims", ledger)
+        self.assertEqual(ran.returncode, 0, ran.stderr)
+        return ran.stdout, Path(folder, "report.html").read_text(encoding="utf-8")
+
+    def test_every_entry_is_a_row_with_its_standing_and_its_checks(self):
+        entry = dict(where="Eq. 1", states="E = <1>", conditions="", notes="", kind="published-number")
+        number = dict(metric="m", statement="s", kind="published-number", measured=3.0, target=1.0, tolerance=0.5)
+        found = [
+            dict(case="one", verdict="finding", holds="within") | number,
+            dict(case="one", verdict="pass", holds="outside") | number | dict(kind="reading"),
+            dict(case="two", verdict="not run"),
+        ]
+        claims = [
+            entry | dict(id="modulus", judgements=found, standing="refuted in part"),
+            entry | dict(id="speed", judgements=[], standing="not decidable", kind="not-decidable"),
+        ]
+        counts = {"holds": 0, "refuted in part": 1, "refuted": 0, "not decidable": 1, "not run": 0, "unsettled": 0}
         with tempfile.TemporaryDirectory() as folder:
             write_result(Path(folder), "one", "pass")
-            ledger = Path(folder, "claims.json")
-            ledger.write_text(json.dumps(dict(claims=claims)))
-            self.assertEqual(run(folder, "--claims", ledger).returncode, 0)
-            page = Path(folder, "report.html").read_text(encoding="utf-8")
-            self.assertIn("2 entries, 1 with a case that judges them, 1 not yet judged", page)
+            out, page = self.page_of(folder, claims, counts)
+            words = "0 hold, 1 refuted in part, 0 refuted, 1 not decidable, 0 not run"
+            self.assertIn(f"statements of the paper: {words}\n", out)
+            self.assertIn(f"2 statements: {words}", page)
             self.assertIn("E = &lt;1&gt;", page)
-            self.assertIn('<span class="soft">not yet judged</span>', page)
-            ledger.write_text("[]")
-            self.assertEqual(run(folder, "--claims", ledger).returncode, 2)
+            self.assertRegex(page, r"published <span[^>]*><span[^>]*>1<")
+            self.assertRegex(page, r"must lie beyond <span[^>]*>1</span> ± ")
+            ran = run(folder, "--claims", Path(folder, "absent.json"))
+            self.assertEqual(ran.returncode, 2)
+
+    def test_cases_that_judge_nothing_get_a_report_without_the_paper(self):
+        entry = dict(id="modulus", where="Eq. 1", states="E", conditions="", notes="", kind="reading", standing="not run")
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "one", "pass")
+            out, page = self.page_of(folder, [entry | dict(judgements=[])], {"not run": 1})
+            self.assertNotIn("statements of the paper", out)
+            self.assertNotIn('id="ledger"', page)
 
 
 class RefusedReport(unittest.TestCase):

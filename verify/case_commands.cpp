@@ -13,7 +13,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "contract_commands.hpp"
+#include "claims_command.hpp"
 #include "drivers/drivers.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
@@ -210,8 +210,7 @@ TemporaryFile temporary_file(const std::string& text) {
 
 // The report is drawn by a script from the result files and the ledger; it inherits standard output.
 int report_command(const std::string& results, const std::string& report) {
-  std::vector<std::string> unreadable;  // the script reads the same files, and says so
-  const TemporaryFile ledger = temporary_file(claims_json(results, unreadable));
+  const TemporaryFile ledger = temporary_file(claims_json({results}));  // the script names unreadable files
   std::vector<std::string> words{VERIFLEX_SOURCE_DIR "/scripts/report.py", results, "--claims",
                                  fmt::format("/dev/fd/{}", fileno(ledger.get()))};
   if (!report.empty()) words.insert(words.end(), {"--out", report});

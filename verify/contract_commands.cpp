@@ -5,11 +5,9 @@
 #include <omp.h>
 
 #include <memory>
-#include <nlohmann/json.hpp>
 
 #include "drivers/drivers.hpp"
 #include "engine/baseline.hpp"
-#include "engine/ledger.hpp"
 #include "engine/validate.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
@@ -21,10 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-using Json = nlohmann::ordered_json;
 using engine::Case;
 using engine::Check;
-using engine::Judgement;
 using engine::Reference;
 using engine::Verdict;
 
@@ -77,7 +73,7 @@ void print_check(const Case& c, const Check& check) {
                check.kind, check.reference ? "reference " + c.references[*check.reference].id : check.source);
   }
   fmt::print("      tolerance {}: {}\n", check.tolerance.text, check.tolerance.reason);
-  if (!check.claim.empty()) fmt::print("      judges the claim {}\n", check.claim);
+  if (is_claim) fmt::print("      judges {} of the ledger\n", fmt::join(check.claims, ", "));
   if (check.refuted) fmt::print("      refuted: recorded as {}\n", check.refuted->value);
 }
 
@@ -111,39 +107,6 @@ void info_command(const std::string& name) {
   if (!c.references.empty()) fmt::print("references\n");
   for (const Reference& reference : c.references) print_reference(reference);
   fmt::print("run it\n  veriflex run {}\n", shell_word(c.path.string()));
-}
-
-std::string words(const Judgement& j) {
-  if (j.verdict == "pass") return "holds";
-  if (j.verdict == "finding") return "refuted";
-  return j.verdict;
-}
-
-int claims_command(const std::string& results, bool json) {
-  std::vector<std::string> problems;
-  if (json) {
-    fmt::print("{}\n", claims_json(results, problems));
-  } else {
-    const engine::Ledger ledger = engine::read_ledger(repository::references());
-    const std::vector<std::vector<Judgement>> found = engine::judgements(ledger, results, problems);
-    for (std::size_t i = 0; i < ledger.entries.size(); ++i) {
-      const engine::Entry& entry = ledger.entries[i];
-      fmt::print("{} ({})\n  {}\n", entry.id, entry.where, entry.states);
-      if (!entry.conditions.empty()) fmt::print("  conditions: {}\n", entry.conditions);
-      if (!entry.notes.empty()) fmt::print("  notes: {}\n", entry.notes);
-      if (found[i].empty()) fmt::print("    not yet judged\n");
-      for (const Judgement& j : found[i]) {
-        if (j.metric.empty()) {
-          fmt::print("    {:<8} {}\n", words(j), j.case_id);
-        } else {
-          fmt::print("    {:<8} {}: {} measured {:.10g}, stated {:.10g}. {}\n", words(j), j.case_id, j.metric,
-                     j.measured, j.target, j.statement);
-        }
-      }
-    }
-  }
-  for (const std::string& problem : problems) fmt::print(stderr, "veriflex: {}\n", problem);
-  return problems.empty() ? exit_code::success : exit_code::input;
 }
 
 void print_changes(const std::vector<engine::Change>& changes) {
@@ -199,40 +162,10 @@ int accept_command(const std::string& name, const std::string& reason) {
 
 }  // namespace
 
-std::string claims_json(const std::string& results, std::vector<std::string>& problems) {
-  const engine::Ledger ledger = engine::read_ledger(repository::references());
-  const std::vector<std::vector<Judgement>> found = engine::judgements(ledger, results, problems);
-  Json claims = Json::array();
-  for (std::size_t i = 0; i < ledger.entries.size(); ++i) {
-    const engine::Entry& entry = ledger.entries[i];
-    Json all = Json::array();
-    for (const Judgement& j : found[i]) {
-      Json one{{"case", j.case_id}, {"verdict", j.verdict}};
-      if (!j.metric.empty()) {
-        one.update({{"metric", j.metric},
-                    {"statement", j.statement},
-                    {"measured", j.measured},
-                    {"target", j.target}});
-      }
-      all.push_back(one);
-    }
-    claims.push_back({{"id", entry.id},
-                      {"where", entry.where},
-                      {"states", entry.states},
-                      {"conditions", entry.conditions},
-                      {"notes", entry.notes},
-                      {"judged_by", entry.judged_by},
-                      {"judgements", all}});
-  }
-  return Json{{"citation", ledger.citation}, {"claims", claims}}.dump(2, ' ', false,
-                                                                      Json::error_handler_t::replace);
-}
-
 void add_contract_commands(CLI::App& app, int& exit_code) {
   struct Options {
-    std::string name, reason, results = "results";
+    std::string name, reason;
     std::vector<std::string> names;
-    bool json = false;
   };
   const auto options = std::make_shared<Options>();
 
@@ -246,12 +179,6 @@ void add_contract_commands(CLI::App& app, int& exit_code) {
   validate->add_option("case", options->names, "paths of case files, or ids (default: the whole repository)");
   validate->footer("Example: veriflex validate path/to/mine.toml");
   validate->callback([options, &exit_code] { exit_code = validate_command(options->names); });
-
-  CLI::App* claims = app.add_subcommand("claims", "what the paper states, and what results say about it");
-  claims->add_option("--results", options->results, "folder of result files")->capture_default_str();
-  claims->add_flag("--json", options->json, "print one JSON object");
-  claims->footer("Example: veriflex claims --results build/release/results");
-  claims->callback([options, &exit_code] { exit_code = claims_command(options->results, options->json); });
 
   CLI::App* accept =
       app.add_subcommand("accept", "run a case and keep its metrics as the baseline of later runs");

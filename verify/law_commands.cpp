@@ -157,8 +157,12 @@ void print_derivation(const bond::AnyLaw& law, const bond::Derivation& d) {
   if (d.stiffness_over_attraction) {
     print_row("stiffness_over_attraction", *d.stiffness_over_attraction, "1", "U''(r_eq)/K");
   }
-  print_row("stiffness by differences", d.stiffness_by_differences.value, "M T^-2",
-            fmt::format("GSL, its own error estimate {:.1e}", d.stiffness_by_differences.error));
+  if (std::isfinite(d.stiffness_by_differences.value)) {
+    print_row("stiffness by differences", d.stiffness_by_differences.value, "M T^-2",
+              fmt::format("GSL, its own error estimate {:.1e}", d.stiffness_by_differences.error));
+  } else {
+    fmt::print("  no stiffness by differences: the law changes too close to its rest length\n");
+  }
   fmt::print("under strain\n");
   if (d.strain_at_reach)
     print_row("strain_at_reach", *d.strain_at_reach, "1", "the longest length is never reached");

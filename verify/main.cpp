@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "case_commands.hpp"
+#include "claims_command.hpp"
 #include "contract_commands.hpp"
 #include "exit_code.hpp"
 #include "law_commands.hpp"
@@ -50,6 +51,7 @@ int main(int argc, char** argv) {
       "Example: veriflex verify --tier quick");
   int code = exit_code::success;
   veriflex::add_case_commands(app, code);
+  veriflex::add_claims_command(app, code);
   veriflex::add_contract_commands(app, code);
   veriflex::add_derive_command(app);
   veriflex::add_calibrate_command(app);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "base/error.hpp"
 
@@ -115,8 +116,10 @@ double first_departure(const Law& law, double rest, double domain_end, double to
       const double at_outer = excess(outer);
       if (at_outer > 0.0 || std::isnan(at_outer)) {
         // Next to the domain's end the law may overflow: shrink to the finite part first.
+        // Sixty halvings come down to the last bit.
         double finite = outer;
-        while (!std::isfinite(excess(finite))) finite = 0.5 * (finite + inner);
+        for (int halving = 0; halving < 60 && !std::isfinite(excess(finite)); ++halving)
+          finite = 0.5 * (finite + inner);
         return excess(finite) > 0.0 ? bracketed_root(excess, std::min(inner, finite), std::max(inner, finite))
                                     : finite;
       }
@@ -161,6 +164,25 @@ Least least_tangent_in_tension(const Law& law, double rest, double k0) {
 }
 
 template <BondLaw Law>
+double smooth_radius(const Law& law, double rest) {
+  double radius = rest - law.domain().lo;
+  radius = std::min(radius, law.domain().hi - rest);
+  for (const double kink : kink_lengths(law)) radius = std::min(radius, std::abs(kink - rest));
+  return radius;
+}
+
+// Central differences of the tension, narrow against all that changes near rest. GSL's width only shrinks.
+template <BondLaw Law>
+Derivative stiffness_by_differences(const Law& law, double rest, double radius) {
+  const double width = std::min(1e-3 * rest, 0.01 * radius);
+  if (!(width > 1e3 * std::numeric_limits<double>::epsilon() * rest)) {
+    constexpr double none = std::numeric_limits<double>::quiet_NaN();
+    return {none, none};
+  }
+  return central_derivative([&](double r) { return law.tension(r); }, rest, width);
+}
+
+template <BondLaw Law>
 Derivation derive_law(const Law& law) {
   Derivation d{};
   const double rest = rest_length(law);
@@ -191,8 +213,8 @@ Derivation derive_law(const Law& law) {
     d.validity.push_back({tolerance, valid_strains(law, rest, tolerance, secant),
                           valid_strains(law, rest, tolerance, tangent)});
   }
-  d.stiffness_by_differences =
-      central_derivative([&](double r) { return law.tension(r); }, rest, 1e-3 * rest);
+  d.smooth_radius = smooth_radius(law, rest);
+  d.stiffness_by_differences = stiffness_by_differences(law, rest, d.smooth_radius);
   return d;
 }
 
@@ -218,8 +240,20 @@ Calibration calibrate(const AnyLaw& prototype, double young, double spacing, dou
   const Derivation of_prototype = derive(prototype);
   const double length = spacing / of_prototype.rest_length;
   const double energy = young / of_prototype.young_modulus * length * length * length;
-  const AnyLaw law = rescaled(prototype, energy, length);
   const double angle_stiffness = spacing * spacing * spacing * young / (8.0 * (1.0 + poisson));
+  const auto fail_beyond_doubles = [&](std::string_view what, double value) {
+    throw BadParameter(
+        "spacing", fmt::format("'{}' would be {}", what, value),
+        fmt::format("a modulus of {} at a spacing of {} leaves double precision", young, spacing),
+        "Choose units in which lengths and moduli are nearer to 1");
+  };
+  if (!std::isnormal(angle_stiffness)) fail_beyond_doubles("angle_stiffness", angle_stiffness);
+  for (const NamedValue& p : parameters_of(prototype)) {
+    const double value =
+        p.value * std::pow(energy, p.dimension.energy) * std::pow(length, p.dimension.length);
+    if (std::isfinite(p.value) && !std::isnormal(value)) fail_beyond_doubles(p.name, value);
+  }
+  const AnyLaw law = rescaled(prototype, energy, length);
   return {law, angle_stiffness, derive(law)};
 }
 

@@ -1,7 +1,7 @@
 /// What a bond law means for the solid built of it: rest length, stiffness, Young's modulus, and how far they
 /// hold.
-///                                                                         [wu-qi-2014, Eqs. 21-25, Appendix
-///                                                                         A]
+/// [wu-qi-2014, Eqs. 21-25, Appendix A]
+///
 /// A cubic lattice of bonds with one chain per area r_eq^2 has, at rest, C11 = E = U''(r_eq)/r_eq and C12 =
 /// 0. Strain is r/r_eq - 1; stress is tension per undeformed area r_eq^2.
 #pragma once
@@ -42,8 +42,10 @@ struct Derivation {
   double min_tangent_strain;       // where                                                             [1]
   std::vector<Kink> kinks;         // those in tension or compression that the domain contains
   std::vector<Validity> validity;  // for 1, 5 and 10 %
-  Derivative
-      stiffness_by_differences;  // gsl_deriv_central of the tension at r_eq, an independent check of U''
+  double smooth_radius;            // distance from r_eq to the nearest kink or limit of the law  [L]
+  /// gsl_deriv_central of the tension at r_eq, an independent check of U''; not a number where the law
+  /// changes within so short a distance of r_eq that doubles cannot resolve it.
+  Derivative stiffness_by_differences;
 };
 
 /// Rest length by bracketing and Brent's method, polished by Newton's to round-off; the rest follows from it.
@@ -68,7 +70,8 @@ struct Calibration {
 /// The law shaped like `prototype` (given in any units) with Young's modulus `young` [M L^-1 T^-2] at rest
 /// length `spacing` [L], and the angle stiffness that gives the lattice the shear modulus G = 4 k_a/r0^3 =
 /// E/(2 (1 + nu)). nu is Poisson's ratio in the shear sense only: the lattice's lateral contraction is zero.
-/// Throws BadParameter (parameters "young", "spacing", "poisson").
+/// Throws BadParameter (parameters "young", "spacing", "poisson"), also where a parameter of the law or k_a
+/// would leave the range in which doubles carry all their digits.
 Calibration calibrate(const AnyLaw& prototype, double young, double spacing, double poisson);
 
 }  // namespace veriflex::bond

@@ -1,12 +1,12 @@
-/// FENE attraction plus cut-off Lennard-Jones repulsion (the bond of the GLNSM).        [wu-qi-2014, Eqs.
-/// 17-18]
+/// FENE attraction plus cut-off Lennard-Jones repulsion (the bond of the GLNSM).
+/// [wu-qi-2014, Eqs. 16-20]
 ///
 ///   U(r) = -1/2 K R0^2 ln(1 - (r/R0)^2) + [4 eta ((sigma/r)^12 - (sigma/r)^6) - U_LJ(Rc)]  for r < Rc,
 ///          the first term alone beyond Rc
 ///
 /// Defined for 0 < r < R0. The paper gives no Rc (departure D4: default 2^(1/6) sigma, where the LJ force
-/// vanishes) and no shift (D5: U is continuous at Rc); its printed Eq. 17 may lack the square on R0 (the
-/// printed force agrees with it).
+/// vanishes) and no shift (D5: U is continuous at Rc); its printed Eq. 17 lacks the square on R0 (the
+/// force of its Appendix A has it).
 #pragma once
 
 #include <cmath>

@@ -1,5 +1,5 @@
-/// Smoothed delta functions between markers and lattice nodes.                        [wu-qi-2014, Eqs. 8,
-/// 11; peskin-2002]
+/// Smoothed delta functions between markers and lattice nodes.
+/// [wu-qi-2014, Eq. 8; peskin-2002]
 ///
 /// A kernel is its weights along one axis; the weight of a node is the product over the axes. `Cosine` is the
 /// paper's function on the cube of 4 x 4 x 4 nodes (departure D2), `CosineBall` the same cut to the ball of

@@ -1,5 +1,5 @@
 /// Exchange between markers and the lattice: interpolation of velocities and spreading of forces.
-/// [wu-qi-2014, Eqs. 8, 11]
+/// [wu-qi-2014, Eqs. 9, 11]
 ///
 ///   u(X) = sum_x u(x) D(x - X),   g(x) = sum_X F D(x - X)
 ///

@@ -1,5 +1,5 @@
-/// One BGK collision of as many nodes as V has lanes.                             [wu-qi-2014, Eqs. 1-7, 12;
-/// guo-2002]
+/// One BGK collision of as many nodes as V has lanes.
+/// [wu-qi-2014, Eqs. 1-2, 5-6, 12; guo-2002]
 ///
 /// Populations are deviations h = f - w, so that a fluid nearly at rest keeps the digits of small
 /// differences. They are relaxed as even and odd parts of opposite pairs. The density and momentum that a

@@ -1,5 +1,5 @@
-/// The D3Q15 lattice: velocities, weights, and the moments that make it a fluid.          [wu-qi-2014,
-/// Sec. 2.1]
+/// The D3Q15 lattice: velocities, weights, and the moments that make it a fluid.
+/// [wu-qi-2014, Eqs. 3-4]
 ///
 /// Opposite velocities stand side by side: 2k + 1 and 2k + 2 for k = 0 .. 6; the first of a pair has c_x > 0,
 /// or is along +y or +z.

@@ -34,10 +34,16 @@ std::vector<Field> fields_of(std::string_view line) {
   }
 }
 
+// std::from_chars does not know a leading '+'.
+std::string_view without_plus(std::string_view text) {
+  return text.size() > 1 && text[0] == '+' && text[1] != '-' ? text.substr(1) : text;
+}
+
 double number(const Field& field, const Place& place) {
   double value = 0.0;
-  const char* end = field.text.data() + field.text.size();
-  const auto [stop, error] = std::from_chars(field.text.data(), end, value);
+  const std::string_view digits = without_plus(field.text);
+  const char* end = digits.data() + digits.size();
+  const auto [stop, error] = std::from_chars(digits.data(), end, value);
   if (error != std::errc{} || stop != end || !std::isfinite(value)) {
     throw InputError(place, fmt::format("'{}' is not a finite number", field.text), "the table is numeric",
                      "Write it like 1.5e-3");
@@ -48,6 +54,8 @@ double number(const Field& field, const Place& place) {
 }  // namespace
 
 std::vector<CsvColumn> parse_csv(std::string_view text, const std::string& file) {
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  if (text.starts_with(byte_order_mark)) text.remove_prefix(byte_order_mark.size());
   std::vector<CsvColumn> columns;
   unsigned line_number = 0;
   while (!text.empty()) {

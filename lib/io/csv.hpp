@@ -1,4 +1,5 @@
-/// Numeric tables as comma-separated text: `#` comments, one line of column names, rows of numbers.
+/// Numeric tables as comma-separated text: `#` comments, one line of column names, rows of numbers. A
+/// byte order mark before it all is passed over.
 #pragma once
 
 #include <string>

@@ -61,16 +61,24 @@ std::vector<Line> lines_of(std::string_view text) {
 }
 
 // The sections that follow the header. `counted` is the header's word for the number of rows, empty where
-// rows are passed over.
+// rows are passed over. The first three must be there when they are announced.
+constexpr std::size_t needed_sections = 3;
 struct SectionKind {
   std::string_view name;
   std::string_view counted;
 };
 constexpr std::array sections{
-    SectionKind{"Atoms", "atoms"},      SectionKind{"Bonds", "bonds"},      SectionKind{"Angles", "angles"},
-    SectionKind{"Masses", ""},          SectionKind{"Velocities", ""},      SectionKind{"Pair Coeffs", ""},
-    SectionKind{"PairIJ Coeffs", ""},   SectionKind{"Bond Coeffs", ""},     SectionKind{"Angle Coeffs", ""},
-    SectionKind{"Dihedral Coeffs", ""}, SectionKind{"Improper Coeffs", ""},
+    SectionKind{"Atoms", "atoms"},
+    SectionKind{"Bonds", "bonds"},
+    SectionKind{"Angles", "angles"},
+    SectionKind{"Masses", "atom types"},
+    SectionKind{"Bond Coeffs", "bond types"},
+    SectionKind{"Angle Coeffs", "angle types"},
+    SectionKind{"Velocities", ""},
+    SectionKind{"Pair Coeffs", ""},
+    SectionKind{"PairIJ Coeffs", ""},
+    SectionKind{"Dihedral Coeffs", ""},
+    SectionKind{"Improper Coeffs", ""},
 };
 
 // How many integers stand between an atom's id and its type, and between its type and its position.
@@ -81,6 +89,11 @@ struct AtomStyle {
 };
 constexpr std::array atom_styles{AtomStyle{"atomic", 0, 0}, AtomStyle{"bond", 1, 0}, AtomStyle{"angle", 1, 0},
                                  AtomStyle{"molecular", 1, 0}, AtomStyle{"full", 1, 1}};
+
+// std::from_chars does not know a leading '+'.
+std::string_view without_plus(std::string_view text) {
+  return text.size() > 1 && text[0] == '+' && text[1] != '-' ? text.substr(1) : text;
+}
 
 template <class Named, std::size_t n>
 std::vector<std::string> names_of(const std::array<Named, n>& all) {
@@ -97,29 +110,35 @@ class Reader {
     std::size_t at = 0;
     for (; at < lines_.size() && !starts_section(lines_[at]); ++at) read_header(lines_[at]);
     if (!counts_.contains("atoms")) {
-      throw InputError({data_.file}, "the header has no number of atoms",
-                       "a LAMMPS data file begins with a title line and then '<number> atoms'",
-                       "Look whether this is a data file and its first line a title");
+      throw InputError(
+          at < lines_.size() ? place(lines_[at]) : Place{data_.file},
+          "the header ends without a number of atoms",
+          "a LAMMPS data file begins with one title line and then '<number> atoms'; what begins with "
+          "a letter is a section",
+          "Look whether this is a data file, and begin comments with '#'");
     }
     while (at < lines_.size()) at = read_section(at);
-    for (const SectionKind& kind : sections) {
-      if (!kind.counted.empty() && count(kind.counted) > 0 && !seen_.contains(kind.name)) {
+    for (std::size_t i = 0; i < needed_sections; ++i) {
+      const SectionKind& kind = sections[i];
+      if (count(kind.counted) > 0 && !seen_.contains(kind.name)) {
         throw InputError({data_.file}, fmt::format("section '{}' is missing", kind.name),
                          fmt::format("the header announces {} {}", count(kind.counted), kind.counted),
                          "Add the section or correct the header");
       }
     }
     refer_to_atoms();
+    refuse_bonds_across_the_box();
     data_.bond_types = static_cast<int>(count("bond types"));
     data_.angle_types = static_cast<int>(count("angle types"));
     return std::move(data_);
   }
 
  private:
-  // A header line begins with a number.
-  static bool starts_section(const Line& line) {
-    return std::isalpha(static_cast<unsigned char>(line.tokens[0].text[0])) != 0;
+  static bool starts_with_letter(const Token& token) {
+    return std::isalpha(static_cast<unsigned char>(token.text[0])) != 0;
   }
+  // A header line begins with a number.
+  static bool starts_section(const Line& line) { return starts_with_letter(line.tokens[0]); }
 
   std::int64_t count(std::string_view what) const {
     const auto found = counts_.find(what);
@@ -132,7 +151,7 @@ class Reader {
 
   std::int64_t integer(const Line& line, std::size_t token, std::int64_t low, std::int64_t high,
                        std::string_view what) const {
-    const std::string_view text = line.tokens[token].text;
+    const std::string_view text = without_plus(line.tokens[token].text);
     std::int64_t value = 0;
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || stop != text.data() + text.size()) {
@@ -148,7 +167,7 @@ class Reader {
   }
 
   double number(const Line& line, std::size_t token, std::string_view what) const {
-    const std::string_view text = line.tokens[token].text;
+    const std::string_view text = without_plus(line.tokens[token].text);
     double value = 0.0;
     const auto [stop, error] = std::from_chars(text.data(), text.data() + text.size(), value);
     if (error != std::errc{} || stop != text.data() + text.size() || !std::isfinite(value)) {
@@ -162,20 +181,26 @@ class Reader {
     std::vector<std::string_view> words;
     std::size_t numbers = 0;
     for (const Token& token : line.tokens) {
-      const bool is_word = std::isalpha(static_cast<unsigned char>(token.text[0])) != 0;
+      const bool is_word = starts_with_letter(token);
       if (is_word) words.push_back(token.text);
       if (!is_word && words.empty()) ++numbers;
     }
     const std::string what = fmt::format("{}", fmt::join(words, " "));
     const auto box = std::array<std::string_view, 4>{"xlo xhi", "ylo yhi", "zlo zhi", "xy xz yz"};
-    if (std::find(box.begin(), box.end(), what) != box.end()) return;
-    const auto counted = std::array<std::string_view, 11>{
-        "atoms",      "bonds",       "angles",         "dihedrals",      "impropers",          "atom types",
-        "bond types", "angle types", "dihedral types", "improper types", "extra bond per atom"};
+    if (const auto side = std::find(box.begin(), box.end(), what); side != box.end()) {
+      read_side(line, numbers, static_cast<std::size_t>(side - box.begin()));
+      return;
+    }
+    // What LAMMPS keeps room for is nothing that a body consists of.
+    if (what.starts_with("extra ") && what.ends_with(" per atom") && numbers == 1) return;
+    const auto counted = std::array<std::string_view, 10>{
+        "atoms",      "bonds",      "angles",      "dihedrals",      "impropers",
+        "atom types", "bond types", "angle types", "dihedral types", "improper types"};
     if (std::find(counted.begin(), counted.end(), what) == counted.end() || numbers != 1) {
-      throw InputError(place(line), fmt::format("'{}' is no line of a header that is known here", what),
-                       fmt::format("known: {}, {}", fmt::join(counted, ", "), fmt::join(box, ", ")),
-                       "Remove it, or correct the section's name before it");
+      throw InputError(
+          place(line), fmt::format("'{}' is no line of a header that is known here", what),
+          fmt::format("known: {}, extra ... per atom, {}", fmt::join(counted, ", "), fmt::join(box, ", ")),
+          "Remove it, or correct the section's name before it");
     }
     if (counts_.contains(what)) {
       throw InputError(place(line), fmt::format("the number of {} is given twice", what), "", "Keep one");
@@ -185,6 +210,20 @@ class Reader {
     if ((what == "dihedrals" || what == "impropers") && count(what) > 0) {
       throw InputError(place(line), fmt::format("the file has {}", what),
                        "a network here has bonds and angles only", "Leave them out");
+    }
+  }
+
+  // `lo hi` of an axis; the tilt of a box makes no difference to its extent along the axes.
+  void read_side(const Line& line, std::size_t numbers, std::size_t axis) {
+    if (axis == 3) return;
+    if (numbers != 2) {
+      throw InputError(place(line), fmt::format("{} numbers", numbers), "a side of the box has two ends",
+                       "Write '<low> <high>' and the names of the ends");
+    }
+    box_[axis] = number(line, 1, "the high end of the box") - number(line, 0, "the low end of the box");
+    if (!(box_[axis] >= 0.0)) {
+      throw InputError(place(line), "the box ends before it begins", "its low end comes first",
+                       "Exchange the two numbers");
     }
   }
 
@@ -218,6 +257,12 @@ class Reader {
       read_atoms(head, at + 1, end);
     } else if (name == "Bonds") {
       read_connections(data_.bonds, at + 1, end, "bond", "bond types");
+    } else if (name == "Masses") {
+      read_masses(at + 1, end);
+    } else if (name == "Bond Coeffs") {
+      read_coefficients(data_.bond_coefficients, head, at + 1, end, "bond types");
+    } else if (name == "Angle Coeffs") {
+      read_coefficients(data_.angle_coefficients, head, at + 1, end, "angle types");
     } else {
       read_connections(data_.angles, at + 1, end, "angle", "angle types");
     }
@@ -252,7 +297,7 @@ class Reader {
       LammpsAtom atom{integer(line, 0, 1, most, "an atom's id"),
                       static_cast<int>(integer(line, type, 1, count("atom types"), "an atom's type")),
                       {number(line, x, "x"), number(line, x + 1, "y"), number(line, x + 2, "z")}};
-      if (style->before_type > 0) integer(line, 1, 0, most, "a molecule's id");
+      if (style->before_type > 0) integer(line, 1, -most, most, "a molecule's id");
       for (std::size_t image = x + 3; has_images && image < x + 6; ++image) {
         if (integer(line, image, -most, most, "an image flag") != 0) {
           throw InputError(place(line, image), "an image flag is not zero", "there is no periodic box here",
@@ -263,6 +308,35 @@ class Reader {
       data_.atoms.push_back(atom);
     }
     sort_and_find_repeated(data_.atoms, line_of_atom_, "atom");
+  }
+
+  void read_masses(std::size_t from, std::size_t to) {
+    for (std::size_t i = from; i < to; ++i) {
+      const Line& line = lines_[i];
+      need_fields(line, 2, "type mass");
+      const auto type = static_cast<int>(integer(line, 0, 1, count("atom types"), "an atom's type"));
+      const double mass = number(line, 1, "a mass");
+      if (!(mass > 0.0)) {
+        throw InputError(place(line, 1), fmt::format("the mass of type {} is {}", type, mass),
+                         "it must be positive", "Correct the row");
+      }
+      data_.masses.push_back({type, mass, line.number});
+    }
+  }
+
+  void read_coefficients(std::vector<LammpsCoefficients>& all, const Line& head, std::size_t from,
+                         std::size_t to, std::string_view types) {
+    for (std::size_t i = from; i < to; ++i) {
+      const Line& line = lines_[i];
+      LammpsCoefficients row{static_cast<int>(integer(line, 0, 1, count(types), "a type")),
+                             std::string(head.comment),
+                             {},
+                             line.number};
+      std::size_t token = 1;
+      if (line.tokens.size() > 1 && starts_with_letter(line.tokens[1])) row.style = line.tokens[token++].text;
+      for (; token < line.tokens.size(); ++token) row.values.push_back(number(line, token, "a coefficient"));
+      all.push_back(row);
+    }
   }
 
   template <class Connection>
@@ -327,6 +401,28 @@ class Reader {
     check(data_.angles, "angle");
   }
 
+  // In a periodic box such a bond would be that to the nearer image. Whether the box is periodic does not
+  // stand in the file, and without one the body would be another.
+  void refuse_bonds_across_the_box() const {
+    const auto position = [&](std::int64_t id) -> const std::array<double, 3>& {
+      return std::lower_bound(data_.atoms.begin(), data_.atoms.end(), id,
+                              [](const LammpsAtom& a, std::int64_t wanted) { return a.id < wanted; })
+          ->position;
+    };
+    for (const LammpsBond& bond : data_.bonds) {
+      const auto& first = position(bond.atoms[0]);
+      const auto& second = position(bond.atoms[1]);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if (box_[axis] <= 0.0 || std::abs(second[axis] - first[axis]) <= 0.5 * box_[axis]) continue;
+        throw InputError(
+            {data_.file, bond.line, 1},
+            fmt::format("bond {} reaches over more than half of the box along {}", bond.id, "xyz"[axis]),
+            "it seems to cross a periodic box, which there is none of here",
+            "Write unwrapped positions, or a box with room around the body");
+      }
+    }
+  }
+
   static constexpr std::int64_t most = 1'000'000'000'000'000;
 
   std::vector<Line> lines_;
@@ -334,6 +430,7 @@ class Reader {
   std::map<std::string, std::int64_t, std::less<>> counts_;
   std::map<std::string_view, unsigned> seen_;  // section and its line
   std::vector<std::pair<std::int64_t, unsigned>> line_of_atom_;
+  std::array<double, 3> box_{};  // its extent along the axes; 0 where the header does not tell  [L]
 };
 
 }  // namespace

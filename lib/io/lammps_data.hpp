@@ -2,9 +2,10 @@
 ///
 /// Read are the header, `Atoms` of the styles atomic, bond, angle, molecular and full (named behind the
 /// section's keyword, `Atoms # angle`, as LAMMPS writes it), `Bonds` and `Angles`, in any order and with ids
-/// in any order. `Masses`, `Velocities` and the coefficient sections are passed over: parameters belong into
-/// the case. Refused is what would make another body of it: dihedrals and impropers, and image flags, because
-/// there is no periodic box.
+/// in any order, `Masses`, and `Bond Coeffs` and `Angle Coeffs` with their styles, so that they can be held
+/// against the case, where parameters belong. Other sections are passed over. Refused is what would make
+/// another body of it: dihedrals and impropers, image flags, because there is no periodic box, and a bond
+/// that only such a box would make short.
 #pragma once
 
 #include <array>
@@ -37,17 +38,36 @@ struct LammpsAngle {
   unsigned line;
 };
 
+/// The mass of the atoms of a type  [M].
+struct LammpsMass {
+  int type;
+  double mass;
+  unsigned line;
+};
+
+/// The coefficients of a type of bonds or angles, as they stand there. The style is the row's own (hybrid
+/// ones) or named behind the section's keyword; empty where neither is.
+struct LammpsCoefficients {
+  int type;
+  std::string style;
+  std::vector<double> values;
+  unsigned line;
+};
+
 struct LammpsData {
   std::string file;
   std::vector<LammpsAtom> atoms;    // in rising order of ids, like the other two
   std::vector<LammpsBond> bonds;    // between two different atoms that exist
   std::vector<LammpsAngle> angles;  // of three different atoms that exist
-  int bond_types, angle_types;      // as the header announces; 0 where it does not
+  std::vector<LammpsMass> masses;   // in the file's order, like the coefficients
+  std::vector<LammpsCoefficients> bond_coefficients, angle_coefficients;
+  int bond_types, angle_types;  // as the header announces; 0 where it does not
 };
 
 /// The data file in `text`; `file` is only for messages. Throws InputError: a section that is missing,
 /// unknown or there twice, a number of rows that differs from the header's, a row with too few or too many
-/// fields, anything that is not a finite number, ids that repeat or do not exist, types out of range.
+/// fields, anything that is not a finite number, ids that repeat or do not exist, types out of range, a bond
+/// that reaches over more than half of the box.
 LammpsData parse_lammps_data(std::string_view text, const std::string& file);
 
 /// As above, of the file at `path`.

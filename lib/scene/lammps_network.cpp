@@ -39,6 +39,7 @@ solid::Network network_of(const io::LammpsData& data, const std::vector<std::int
   solid::Network network;
   network.rest.resize(static_cast<Eigen::Index>(data.atoms.size()), 3);
   for (std::size_t i = 0; i < data.atoms.size(); ++i) {
+    network.ids.push_back(data.atoms[i].id);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       network.rest(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(axis)) =
           data.atoms[i].position[axis];

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 
 namespace veriflex::solid {
 
@@ -72,9 +73,12 @@ Sparse Freedom::restrict(const std::vector<Eigen::Triplet<double>>& entries) con
 void factorize_stable(Cholesky& factor, const Sparse& h, int newton_step) {
   factor.factorize(h);
   const double norm = infinity_norm(h);
+  if (!std::isfinite(norm)) {
+    throw NumericalFailure(fmt::format("stiffnesses leave double precision at Newton step {}", newton_step));
+  }
   // A small pivot by itself is no proof of a zero mode (long chains have them), so the count decides.
   const bool suspicious =
-      factor.info() != Eigen::Success || !(factor.vectorD().minCoeff() > 100.0 * zero_mode * norm);
+      factor.info() != Eigen::Success || !(smallest(factor.vectorD()) > 100.0 * zero_mode * norm);
   if (suspicious && (!(norm > 0.0) || eigenvalues_below(h, zero_mode * norm) > 0))
     fail_as_singular(h, newton_step);
 }
@@ -84,7 +88,7 @@ double infinity_norm(const Sparse& h) {
   for (Eigen::Index k = 0; k < h.outerSize(); ++k) {
     for (Sparse::InnerIterator it(h, k); it; ++it) sums[it.row()] += std::abs(it.value());
   }
-  return sums.size() == 0 ? 0.0 : sums.maxCoeff();
+  return largest(sums);
 }
 
 }  // namespace veriflex::solid

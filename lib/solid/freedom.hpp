@@ -24,7 +24,7 @@ struct Freedom {
 using Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>;
 
 /// Factorises h (its pattern analysed before). Throws NumericalFailure "mechanism: N zero modes" or
-/// "unstable: N negative" with the Newton step in which it happened.
+/// "unstable: N negative", or of an h that is not finite, with the Newton step in which it happened.
 void factorize_stable(Cholesky& factor, const Eigen::SparseMatrix<double>& h, int newton_step);
 
 /// How many eigenvalues of h lie below `shift`, by Sylvester's law of inertia. Throws NumericalFailure where

@@ -6,10 +6,15 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 #include "solid/modes.hpp"
 #include "solid/undefined.hpp"
 
 namespace veriflex::solid {
+
+namespace {
+constexpr double most_substeps = 1e6;
+}
 
 double Drive::at(double time) const {
   const double risen = ramp > 0.0 ? std::min(1.0, time / ramp) : 1.0;
@@ -43,11 +48,17 @@ void Leapfrog::divide() {
   }
   stiffest_ = 0.0;
   for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {
-    stiffest_ = std::max(stiffest_, bond::stiffness(material_.law, work_.d.row(b).norm()));
+    stiffest_ = worse(stiffest_, bond::stiffness(material_.law, work_.d.row(b).norm()));
   }
   const Held held = conditions_.held.size() > 0 ? conditions_.held : Held::Constant(u_.rows(), 3, false);
   const double omega = largest_frequency(material_, network_, u_, held, conditions_.node_mass);
-  count_ = std::max(1, static_cast<int>(std::ceil(dt_ * omega / (2.0 * wanted_.safety))));
+  const double wanted = std::ceil(dt_ * omega / (2.0 * wanted_.safety));
+  if (!(wanted <= most_substeps)) {
+    throw NumericalFailure(
+        fmt::format("step {}: the body is so stiff that a step needs {} sub-steps, more than {}", steps_ + 1,
+                    wanted, most_substeps));
+  }
+  count_ = std::max(1, static_cast<int>(wanted));
 }
 
 bool Leapfrog::evaluate(const Positions& u) {
@@ -71,7 +82,7 @@ void Leapfrog::advance(Extra extra_kick) {
   if (wanted_.safety > 0.0) {
     double stiffest = 0.0;
     for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {
-      stiffest = std::max(stiffest, bond::stiffness(material_.law, work_.d.row(b).norm()));
+      stiffest = worse(stiffest, bond::stiffness(material_.law, work_.d.row(b).norm()));
     }
     if (stiffest > 1.1 * stiffest_ || stiffest < 0.5 * stiffest_) divide();
   }

@@ -1,5 +1,5 @@
-/// Motion of a network by leap-frog: velocities live at half steps.                          [wu-qi-2014,
-/// Eqs. 19-20]
+/// Motion of a network by leap-frog: velocities live at half steps.
+/// [wu-qi-2014, text after Eq. 15]
 ///
 ///   m v(t + dt/2) = m v(t - dt/2) + dt F(u(t)),   u(t + dt) = u(t) + dt v(t + dt/2)
 ///

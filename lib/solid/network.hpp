@@ -1,5 +1,5 @@
-/// The solid as a network: nodes, bonds between them, and angles between the bonds of a node.   [wu-qi-2014,
-/// Sec. 2.2]
+/// The solid as a network: nodes, bonds between them, and angles between the bonds of a node.
+/// [wu-qi-2014, Sec. 2.II]
 #pragma once
 
 #include <array>
@@ -15,12 +15,16 @@ namespace veriflex::solid {
 /// States of a network are displacements from `rest`: the length of a bond then carries the precision of a
 /// displacement, not that of a coordinate.
 struct Network {
-  Positions rest;             // undeformed positions  [L]
-  std::vector<Bond> bonds;    // first < second in a lattice
-  Positions vectors;          // undeformed vector of each bond, from first to second  [L]
-  std::vector<Angle> angles;  // empty for a scene without angles: no list is built
-  double spacing;             // r0  [L]
+  Positions rest;                      // undeformed positions  [L]
+  std::vector<Bond> bonds;             // first < second in a lattice
+  Positions vectors;                   // undeformed vector of each bond, from first to second  [L]
+  std::vector<Angle> angles;           // empty for a scene without angles: no list is built
+  double spacing;                      // r0  [L]
+  std::vector<std::int64_t> ids = {};  // what messages call the nodes; empty: by their numbers
 
+  std::int64_t id_of(std::int32_t node) const {
+    return ids.empty() ? node : ids[static_cast<std::size_t>(node)];
+  }
   Eigen::Index node_count() const { return rest.rows(); }
 };
 

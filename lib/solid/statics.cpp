@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 #include "solid/freedom.hpp"
 #include "solid/undefined.hpp"
 
@@ -24,7 +25,7 @@ double force_scale(const Law& law, const Workspace& work) {
   double scale = 0.0;
   for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
     const double r = work.d.row(b).norm();
-    scale = std::max({scale, std::abs(law.tension(r)), 1e-3 * law.stiffness(r) * r});
+    scale = worse(scale, worse(std::abs(law.tension(r)), 1e-3 * law.stiffness(r) * r));
   }
   return scale;
 }
@@ -58,8 +59,6 @@ struct State {
   Eigen::VectorXd g;   // out-of-balance force on the free coordinates, negative
 };
 
-double size(const Eigen::VectorXd& v) { return v.size() == 0 ? 0.0 : v.lpNorm<Eigen::Infinity>(); }
-
 template <bond::BondLaw Law, class AngleTerm>
 Equilibrium solve(const Material& material, const Law& law, const AngleTerm& angle, const Network& network,
                   const Positions& start, const Held& held, const Positions& load) {
@@ -86,23 +85,28 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
   for (int iteration = 0; iteration <= most_iterations; ++iteration) {
     const Eigen::SparseMatrix<double> h = freedom.restrict(hessian(law, angle, network, now.work));
     const double stiffest = infinity_norm(h);
+    const double force = worse(force_scale(law, now.work), largest_magnitude(load));
+    if (!std::isfinite(force) || !std::isfinite(stiffest)) {
+      throw NumericalFailure(fmt::format(
+          "static solution at Newton step {}: forces or stiffnesses leave double precision", iteration));
+    }
     if (freedom.count > 0) {
       if (iteration == 0) factor.analyzePattern(h);
       factorize_stable(factor, h, iteration);
     }
-    const double force = std::max(force_scale(law, now.work), load.cwiseAbs().maxCoeff());
     // Bond vectors are rounded to epsilon times themselves and the displacements: forces cannot be balanced
     // better.
-    const double longest = now.work.d.rowwise().norm().maxCoeff();
-    const double rounding = 2.0 * epsilon * (now.u.cwiseAbs().maxCoeff() + longest) * stiffest;
-    const bool no_longer_helps = size(now.g) <= rounding && size(now.g) >= 0.5 * previous;
-    previous = size(now.g);
-    if (size(now.g) <= wanted_residual * force || no_longer_helps) {
+    const double longest = largest(now.work.d.rowwise().norm());
+    const double rounding = 2.0 * epsilon * (largest_magnitude(now.u) + longest) * stiffest;
+    const bool no_longer_helps =
+        largest_magnitude(now.g) <= rounding && largest_magnitude(now.g) >= 0.5 * previous;
+    previous = largest_magnitude(now.g);
+    if (largest_magnitude(now.g) <= wanted_residual * force || no_longer_helps) {
       Positions reaction = now.gradient - load;
       for (Eigen::Index i = 0; i < held.size(); ++i) {
         if (!held.data()[i]) reaction.data()[i] = 0.0;
       }
-      return {now.u, reaction, iteration, size(now.g) / force};
+      return {now.u, reaction, iteration, largest_magnitude(now.g) / force};
     }
     const Eigen::VectorXd step = factor.solve(-now.g);
     const double slope = step.dot(now.g);
@@ -110,13 +114,13 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
       if (scale < 1e-12) {
         throw NumericalFailure(
             fmt::format("static solution stuck at Newton step {} (out-of-balance force {} of the largest)",
-                        iteration, size(now.g) / force));
+                        iteration, largest_magnitude(now.g) / force));
       }
       const Positions move = freedom.scatter(step, scale);
       if (!keeps_clear(law, network, now.work, move) || !evaluate(now.u + move, next)) continue;
       // Near the solution the energy no longer resolves the step, the force does.
-      if (size(next.g) < 0.9 * size(now.g) || size(now.g) <= rounding ||
-          potential(next) < potential(now) + 1e-4 * scale * slope) {
+      if (largest_magnitude(next.g) < 0.9 * largest_magnitude(now.g) ||
+          largest_magnitude(now.g) <= rounding || potential(next) < potential(now) + 1e-4 * scale * slope) {
         std::swap(now, next);
         break;
       }
@@ -132,6 +136,18 @@ Equilibrium equilibrium(const Material& material, const Network& network, const 
   return visit(material, [&](const auto& law, const auto& angle) {
     return solve(material, law, angle, network, u, held, load);
   });
+}
+
+void refuse_turned_bonds(const Network& network, const Positions& u) {
+  for (std::size_t b = 0; b < network.bonds.size(); ++b) {
+    const Bond& bond = network.bonds[b];
+    const Vec3 at_rest = network.vectors.row(static_cast<Eigen::Index>(b));
+    const Vec3 now = at_rest + Vec3(u.row(bond.second) - u.row(bond.first));
+    if (now.dot(at_rest) > 0.0) continue;
+    throw NumericalFailure(
+        fmt::format("the bond of nodes {} and {} has turned round: the body has passed through itself",
+                    network.id_of(bond.first), network.id_of(bond.second)));
+  }
 }
 
 }  // namespace veriflex::solid

@@ -21,8 +21,12 @@ struct Equilibrium {
 /// rounding keeps a further step from helping. Throws NumericalFailure:
 ///   "mechanism: N zero modes"  the network can move without force (never regularised),
 ///   "unstable: N negative"     the state is no minimum,
-///   what_is_undefined() at the start, or no convergence.
+///   what_is_undefined() at the start, forces beyond double precision, or no convergence.
 Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
                         const Held& held, const Positions& load);
+
+/// Throws NumericalFailure when a bond points against its undeformed direction at displacement u: for bodies
+/// that are stretched or compressed, not for those that bend far.
+void refuse_turned_bonds(const Network& network, const Positions& u);
 
 }  // namespace veriflex::solid

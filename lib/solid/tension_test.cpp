@@ -1,5 +1,6 @@
 #include "solid/tension_test.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -37,16 +38,23 @@ Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_
   const std::int64_t section = block.nodes[0] * block.nodes[1];
   Held held = holds(block, lateral_held);
   held.col(z_axis).tail(section).setConstant(true);
-  // The start is deliberately not the uniform stretch that solves the problem, and no bond of it is strained
-  // more than 5 % further than that.
+  // The start is deliberately not the uniform stretch that solves the problem: its bonds are strained up to 5
+  // % less and further than that, but not nearer to a limit of the law than half of what the uniform one
+  // leaves.
+  const Interval domain = bond::domain(law);
+  const double stretched = block.spacing * (1.0 + strain);
+  const double room = std::min(domain.hi - stretched, stretched - domain.lo) / block.spacing;
+  const double unevenness = strain == 0.0 ? 0.0 : std::min(0.05, 0.5 * room / std::abs(strain));
   Positions u = Positions::Zero(block.node_count(), 3);
   const double length = block.length();
   for (Eigen::Index i = 0; i < u.rows(); ++i) {
     const double z = network.rest(i, z_axis);
-    u(i, z_axis) = strain * (z + 0.05 * length / std::numbers::pi * std::sin(std::numbers::pi * z / length));
+    u(i, z_axis) =
+        strain * (z + unevenness * length / std::numbers::pi * std::sin(std::numbers::pi * z / length));
   }
   u.col(z_axis).tail(section).setConstant(strain * length);
   const Equilibrium e = equilibrium({law, 0.0}, network, u, held, Positions::Zero(u.rows(), 3));
+  refuse_turned_bonds(network, e.u);
   return {strain, e.reaction.col(z_axis).tail(section).sum() / block.section(), e.iterations, e.residual};
 }
 
@@ -57,6 +65,7 @@ Pulled pull_with_stress(const bond::AnyLaw& law, const Block& block, bool latera
   load.col(z_axis).tail(section).setConstant(stress * block.spacing * block.spacing);
   const Equilibrium e =
       equilibrium({law, 0.0}, network, Positions::Zero(load.rows(), 3), holds(block, lateral_held), load);
+  refuse_turned_bonds(network, e.u);
   return {e.u.col(z_axis).tail(section).mean() / block.length(), stress, e.iterations, e.residual};
 }
 

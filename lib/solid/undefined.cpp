@@ -23,7 +23,8 @@ std::string describe(const Network& network, const Angle& t, const Vec3& a, cons
   const double opening = std::atan2(precise_cross(a, b).norm(), a.dot(b)) * 180.0 / std::numbers::pi;
   return fmt::format(
       "angle of nodes {}, {} and {} is {} ({:.6g} degrees, {} at rest), where its force does not exist",
-      end_a, apex, end_b, opening < 90.0 ? "folded back" : "flat", opening, t.straight ? 180 : 90);
+      network.id_of(end_a), network.id_of(apex), network.id_of(end_b),
+      opening < 90.0 ? "folded back" : "flat", opening, t.straight ? 180 : 90);
 }
 
 }  // namespace
@@ -33,10 +34,11 @@ std::string what_is_undefined(const Material& material, const Network& network, 
   for (std::size_t i = 0; i < network.bonds.size(); ++i) {
     const Bond& bond = network.bonds[i];
     const double r = deformed(network, u, static_cast<std::int32_t>(i)).norm();
-    if (r == 0.0) return fmt::format("nodes {} and {} of a bond coincide", bond.first, bond.second);
+    const std::int64_t first = network.id_of(bond.first), second = network.id_of(bond.second);
+    if (r == 0.0) return fmt::format("nodes {} and {} of a bond coincide", first, second);
     if (!domain.contains(r)) {
-      return fmt::format("bond of nodes {} and {} has length {}, {} is defined between {} and {}", bond.first,
-                         bond.second, r, bond::name_of(material.law), domain.lo, domain.hi);
+      return fmt::format("bond of nodes {} and {} has length {}, {} is defined between {} and {}", first,
+                         second, r, bond::name_of(material.law), domain.lo, domain.hi);
     }
   }
   for (const Angle& t : network.angles) {

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/reduce.hpp"
 #include "base/root.hpp"
 #include "bond/derive.hpp"
 #include "drivers/beam_section.hpp"
@@ -135,18 +136,21 @@ void run(const BeamStudy& study, Observations& seen, Progress& progress, engine:
                             "B over E pi R^4/4, what a user would expect of a round rod"});
   }
   cost.finish("section");
-  Record record{"cantilever",
-                "Tip deflection of the clamped beam per load",
-                {{"length", "L", "L", "from the clamped section to the loaded one", {}},
-                 {"deflection", "", "M^-1 T^2", "mean over the last section, per load", {}},
-                 {"timoshenko", "", "M^-1 T^2", "L^3/3B + L/GA with the lattice's own B and GA", {}},
-                 {"error", "", "1", "departure from Timoshenko's beam", {}}}};
+  seen.records.push_back(
+      {"cantilever",
+       "Tip deflection of the clamped beam per load",
+       {{"length", "L", "L", "from the clamped section to the loaded one", {}},
+        {"deflection", "", "M^-1 T^2", "mean over the last section, per load", {}},
+        {"timoshenko", "", "M^-1 T^2", "L^3/3B + L/GA with the lattice's own B and GA", {}},
+        {"error", "", "1", "departure from Timoshenko's beam", {}},
+        {"spacings", "n", "1", "the length in spacings", {}}}});
+  Record& record = seen.records.back();
   for (std::size_t i = 0; i < study.lengths.size(); ++i) {
     progress.show("cantilevers", i, study.lengths.size());
     const double span = static_cast<double>(study.lengths[i]) * spacing_of(study.section);
     const double beam = span * span * span / (3.0 * section.bending()) + (chain ? 0.0 : span / section.shear);
     const double tip = tip_deflection(study, section, study.lengths[i]);
-    record.append({span, tip, beam, std::abs(tip / beam - 1.0)});
+    record.append({span, tip, beam, std::abs(tip / beam - 1.0), static_cast<double>(study.lengths[i])});
   }
   const std::vector<double>& error = record.find("error")->values;
   const std::vector<double>& span = record.find("length")->values;
@@ -161,12 +165,11 @@ void run(const BeamStudy& study, Observations& seen, Progress& progress, engine:
     double worst = 0.0;
     for (std::size_t i = 0; i < error.size(); ++i) {
       const double tip = record.find("deflection")->values[i];
-      worst = std::max(worst, std::abs(tip / hinge_sum(study, study.lengths[i]) - 1.0));
+      worst = worse(worst, std::abs(tip / hinge_sum(study, study.lengths[i]) - 1.0));
     }
     seen.metrics.push_back(
         {"hinge_error", worst, "1", "departure of a chain's deflection from the sum over its hinges"});
   }
-  seen.records.push_back(record);
   cost.finish("cantilevers");
   if (study.frequencies > 0) {
     compare_frequencies(study, section, seen);
@@ -182,7 +185,7 @@ engine::Study read_beam(const io::Section& top) {
   const io::Section t = top.table("beam");
   BeamStudy study{
       .material = {law, engine::read_angle_stiffness(top)},
-      .section = engine::read_solid(top, law, rest_length),
+      .section = engine::read_solid_at_rest(top, law, rest_length),
       .lengths = t.integers("lengths"),
       .clamped = static_cast<int>(t.integer("clamped", 1, 100)),
       .frequencies = t.has("frequencies") ? static_cast<int>(t.integer("frequencies", 1, 20)) : 0};
@@ -190,19 +193,29 @@ engine::Study read_beam(const io::Section& top) {
     top.table("bond").fail("law", "a beam of bonds alone", "without angles it has no shear stiffness",
                            "Add [angle] stiffness");
   }
-  if (study.lengths.empty() || study.lengths.front() < 2) {
-    t.fail("lengths", "no lengths, or one below 2", "a beam needs some sections",
+  if (study.lengths.empty() || study.lengths.front() < 2 || study.lengths.back() > 100000) {
+    t.fail("lengths", "no lengths, or one below 2 or above 100000", "a beam needs some sections",
            "Give for example [25, 50]");
   }
   for (std::size_t i = 1; i < study.lengths.size(); ++i) {
-    if (study.lengths[i] <= study.lengths[i - 1] || study.lengths[i] > 100000) {
-      t.fail("lengths", "lengths do not rise, or are too long", "the order is taken between neighbours",
-             "Sort them");
+    if (study.lengths[i] <= study.lengths[i - 1]) {
+      t.fail("lengths", "lengths do not rise", "the order is taken between neighbours", "Sort them");
     }
+  }
+  if (study.frequencies > study.lengths.back()) {
+    t.fail("frequencies", fmt::format("'frequencies' is {}", study.frequencies),
+           fmt::format("a beam of {} spacings has no more ways of bending than sections that move",
+                       study.lengths.back()),
+           "Ask for fewer, or of a longer beam");
   }
   std::vector<std::string> measures{"bending_springs",  "bending_straight",  "bending_right",
                                     "bending",          "bending_deviation", "bending_over_continuum",
                                     "timoshenko_error", "timoshenko_order",  "hinge_error"};
+  measures.insert(measures.end(), {"cantilever.spacings", "cantilever.deflection", "cantilever.error"});
+  if (study.frequencies > 0) {
+    measures.insert(measures.end(),
+                    {"frequencies.mode", "frequencies.omega", "frequencies.omega_beam", "frequencies.ratio"});
+  }
   for (int k = 1; k <= study.frequencies; ++k) measures.push_back(fmt::format("frequency_ratio_{}", k));
   const scene::SolidSpec longest = with_sections(study.section, study.lengths.back() + study.clamped);
   return {.plan = engine::read_plan(

@@ -2,8 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
+#include <optional>
 
+#include "base/reduce.hpp"
 #include "base/root.hpp"
 #include "bond/derive.hpp"
 #include "drivers/beam_section.hpp"
@@ -75,19 +78,39 @@ double load_at(const BucklingStudy& study, double nodes, double strain) {
   return -nodes * bond::tension(study.material.law, spacing_of(study.section) * (1.0 + strain));
 }
 
-// The strain at which the load is what `critical` says of the section so compressed.
-Critical predicted(const BucklingStudy& study, std::int64_t length, const LoadOfSection& critical) {
+// The first strain from zero towards `limit`, not reached, at which f passes from below zero to above.
+std::optional<double> first_passage(const Function& f, double limit) {
+  constexpr int cells = 2000;
+  constexpr int halvings = 40;  // of what is left to the limit after the last whole cell
+  std::vector<double> at{0.0};
+  for (int i = 1; i < cells; ++i) at.push_back(limit * i / cells);
+  for (int i = 0; i < halvings; ++i) at.push_back(0.5 * (at.back() + limit));
+  std::vector<double> value;
+  for (std::size_t i = 0; i < at.size(); ++i) {
+    value.push_back(f(at[i]));
+    if (i > 0 && value[i] >= 0.0) return bracketed_root(f, at[i], at[i - 1]);
+    if (i < 2 || !(value[i - 1] > value[i - 2] && value[i - 1] > value[i])) continue;
+    // It comes near to zero between: it may pass there and back.
+    const double peak = bracketed_minimum([&](double x) { return -f(x); }, at[i], at[i - 1], at[i - 2]);
+    if (f(peak) >= 0.0) return bracketed_root(f, peak, at[i - 2]);
+  }
+  return std::nullopt;
+}
+
+// The strain at which the load is what `critical` says of the section so compressed; nothing where the load
+// stays below that as far as the law goes.
+std::optional<Critical> predicted(const BucklingStudy& study, std::int64_t length,
+                                  const LoadOfSection& critical) {
   const double r0 = spacing_of(study.section);
-  const BeamSection at_rest = section_of(study.material, study.section, r0);
+  const double nodes = section_of(study.material, study.section, r0).nodes;
   const auto excess = [&](double strain) {
     const double axial = r0 * (1.0 + strain);
-    return load_at(study, at_rest.nodes, strain) -
+    return load_at(study, nodes, strain) -
            critical(section_of(study.material, study.section, axial), wave_number(length, axial));
   };
-  const double soft = critical(at_rest, wave_number(length, r0)) /
-                      (at_rest.nodes * bond::stiffness(study.material.law, r0) * r0);
-  const double strain = bracketed_root(excess, -std::min(3.0 * soft, 0.6), -0.3 * soft);
-  return {strain, load_at(study, at_rest.nodes, strain)};
+  const std::optional<double> strain = first_passage(excess, (bond::domain(study.material.law).lo - r0) / r0);
+  if (!strain) return std::nullopt;
+  return Critical{*strain, load_at(study, nodes, *strain)};
 }
 
 // The strain at which the lowest eigenvalue of the compressed network's Hessian passes zero.
@@ -106,9 +129,20 @@ Critical measured(const BucklingStudy& study, std::int64_t length, double expect
     const double omega = solid::lowest_frequencies(study.material, network, u, held, 1.0, 1)[0];
     return std::copysign(omega * omega, omega);
   };
-  // The second buckle takes about four times the load: in between, the eigenvalue nearest zero is the first.
-  const double strain = bracketed_root(lowest, 1.6 * expected, 0.6 * expected);
-  return {strain, load_at(study, static_cast<double>(per_section), strain)};
+  const double limit = (bond::domain(study.material.law).lo - network.spacing) / network.spacing;
+  // Engesser's load is exact or near. The second buckle takes about four times the load: in between, the
+  // eigenvalue nearest zero is the first. A stiff column may straighten again a little further on, so the
+  // bracket grows from the expected strain.
+  for (const double width : {1e-3, 1e-2, 0.1, 0.4, 0.6}) {
+    const double before = expected * (1.0 - std::min(width, 0.4));
+    const double after = std::max(expected * (1.0 + width), 0.5 * (expected + limit));
+    if (!(lowest(before) > 0.0) || !(lowest(after) < 0.0)) continue;
+    const double strain = bracketed_root(lowest, after, before);
+    return {strain, load_at(study, static_cast<double>(per_section), strain)};
+  }
+  throw NumericalFailure(
+      fmt::format("the column of {} spacings does not buckle near a strain of {}, where Engesser's does",
+                  length, expected));
 }
 
 void run(const BucklingStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
@@ -124,7 +158,8 @@ void run(const BucklingStudy& study, Observations& seen, Progress& progress, eng
   const auto of_haringx = [&](const BeamSection& s, double h) { return haringx(s, kappa, h); };
   struct Row {
     double euler;
-    Critical engesser, haringx, of_springs, found;
+    Critical engesser, found;
+    std::optional<Critical> haringx, of_springs;
   };
   std::vector<Row> rows(study.lengths.size());
   for_all(rows.size(), "columns", progress, [&](std::size_t piece) {
@@ -133,7 +168,14 @@ void run(const BucklingStudy& study, Observations& seen, Progress& progress, eng
     const double wave = std::numbers::pi / (static_cast<double>(length) * r0);
     Row& row = rows[i];
     row.euler = at_rest.bending() * wave * wave;
-    row.engesser = predicted(study, length, of_engesser);
+    const std::optional<Critical> expected = predicted(study, length, of_engesser);
+    if (!expected) {
+      throw NumericalFailure(fmt::format(
+          "the column of {} spacings never buckles: Engesser's critical load stays above its load at any "
+          "compression that the bond law knows",
+          length));
+    }
+    row.engesser = *expected;
     row.haringx = predicted(study, length, of_haringx);
     row.of_springs = predicted(harmonic, length, of_engesser);
     row.found = measured(study, length, row.engesser.strain);
@@ -148,21 +190,32 @@ void run(const BucklingStudy& study, Observations& seen, Progress& progress, eng
        {"euler", "", "M L T^-2", "pi^2 B/L^2 with the lattice's own B and L at rest", {}},
        {"engesser", "", "M L T^-2", "with shear, thrust along the axis, compressed section", {}},
        {"haringx", "", "M L T^-2", "with shear, thrust normal to the sections, compressed section", {}},
-       {"over_harmonic", "", "1", "over Engesser's load of harmonic bonds of the same stiffness", {}}}};
+       {"over_harmonic",
+        "",
+        "1",
+        "over Engesser's load of harmonic bonds of the same stiffness; not a number where these never buckle",
+        {}},
+       {"spacings", "n", "1", "the length in spacings", {}}}};
   Record convergence{
       "convergence",
       "Departure of the critical load",
       {{"spacing_over_length", "r0/L", "1", "", {}}, {"error_euler", "", "1", "from Euler's load", {}}}};
+  // What never buckles beside a column that does has no load.
+  constexpr double none = std::numeric_limits<double>::quiet_NaN();
+  const auto load_of = [](const std::optional<Critical>& critical) {
+    return critical ? critical->load : none;
+  };
   double worst_engesser = 0.0;
   double worst_haringx = 0.0;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     const Row& row = rows[i];
     const double load = row.found.load;
     record.append({static_cast<double>(study.lengths[i]) * r0, row.found.strain, load, row.euler,
-                   row.engesser.load, row.haringx.load, load / row.of_springs.load});
+                   row.engesser.load, load_of(row.haringx), load / load_of(row.of_springs),
+                   static_cast<double>(study.lengths[i])});
     convergence.append({1.0 / static_cast<double>(study.lengths[i]), std::abs(load / row.euler - 1.0)});
-    worst_engesser = std::max(worst_engesser, std::abs(load / row.engesser.load - 1.0));
-    worst_haringx = std::max(worst_haringx, std::abs(load / row.haringx.load - 1.0));
+    worst_engesser = worse(worst_engesser, std::abs(load / row.engesser.load - 1.0));
+    worst_haringx = worse(worst_haringx, std::abs(load / load_of(row.haringx) - 1.0));
   }
   const std::size_t n = rows.size();
   const double ratio = static_cast<double>(study.lengths[n - 1]) / static_cast<double>(study.lengths[n - 2]);
@@ -180,11 +233,22 @@ void run(const BucklingStudy& study, Observations& seen, Progress& progress, eng
        "1", "departure from Euler's load after Richardson's extrapolation of order 2"},
       {"engesser_error", worst_engesser, "1", "departure from Engesser's load, worst column"},
       {"order_engesser", order(off_engesser), "1", "order in r0/L of that departure, last two columns"},
-      {"haringx_error", worst_haringx, "1", "departure from Haringx's load, worst column"},
       {"shear_factor", kappa, "1", "kappa: shear stiffness of the section over GA; 1 without shear"},
-      {"largest_strain", -rows[0].found.strain, "1", "compression of the shortest column when it buckles"},
-      {"over_harmonic", rows[0].found.load / rows[0].of_springs.load, "1",
-       "load of the shortest column over that of harmonic bonds of the same stiffness"}};
+      {"largest_strain", -rows[0].found.strain, "1", "compression of the shortest column when it buckles"}};
+  if (std::isnan(worst_haringx)) {
+    progress.warn("a Haringx column of the same section never buckles: no haringx_error");
+  } else {
+    seen.metrics.push_back(
+        {"haringx_error", worst_haringx, "1", "departure from Haringx's load, worst column"});
+  }
+  if (rows[0].of_springs) {
+    seen.metrics.push_back({"over_harmonic", rows[0].found.load / rows[0].of_springs->load, "1",
+                            "load of the shortest column over that of harmonic bonds of the same stiffness"});
+  } else {
+    progress.warn(
+        "a column of harmonic bonds of the same stiffness, as short as the shortest, never buckles: no "
+        "over_harmonic");
+  }
   seen.records = {record, convergence};
 }
 
@@ -195,7 +259,7 @@ engine::Study read_buckling(const io::Section& top) {
   const double rest_length = engine::read_derivation(top, law).rest_length;
   const io::Section t = top.table("buckling");
   const BucklingStudy study{.material = {law, engine::read_angle_stiffness(top)},
-                            .section = engine::read_solid(top, law, rest_length),
+                            .section = engine::read_solid_at_rest(top, law, rest_length),
                             .lengths = t.integers("lengths")};
   if (!(study.material.angle_stiffness > 0.0)) {
     top.table("bond").fail("law", "a column of bonds alone", "without angles it buckles under any load",
@@ -218,7 +282,9 @@ engine::Study read_buckling(const io::Section& top) {
                     .method = "root of the lowest eigenvalue of the compressed column's Hessian (Spectra)",
                     .moves = false}),
           .measures = {"euler_error", "order_euler", "extrapolated_error", "engesser_error", "order_engesser",
-                       "haringx_error", "shear_factor", "largest_strain", "over_harmonic"},
+                       "haringx_error", "shear_factor", "largest_strain", "over_harmonic",
+                       "buckling.spacings", "buckling.strain", "buckling.load", "buckling.euler",
+                       "buckling.engesser", "buckling.haringx", "buckling.over_harmonic"},
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);
           }};

@@ -11,8 +11,8 @@
 #include "engine/read_scene.hpp"
 
 // What the delta kernels keep of a point force. A unit force is spread from one marker by the very transfer
-// that a coupled run uses; sums over the nodes are then the moments of D.        [wu-qi-2014, Eq. 8;
-// peskin-2002; roma-1999]
+// that a coupled run uses; sums over the nodes are then the moments of D.
+// [wu-qi-2014, Eq. 8; peskin-2002; roma-1999]
 
 namespace veriflex::drivers {
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/error.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/law_records.hpp"
@@ -96,7 +97,7 @@ Record kinks_record(const bond::Derivation& d) {
   return record;
 }
 
-std::vector<Metric> metrics_of(const DeriveStudy& study) {
+std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
   const bond::Derivation& d = study.derivation;
   std::vector<Metric> metrics{
       {"rest_length", d.rest_length, "L", "r_eq, where the tension vanishes"},
@@ -117,12 +118,20 @@ std::vector<Metric> metrics_of(const DeriveStudy& study) {
     metrics.push_back(
         {"tension_jump", d.kinks.front().tension_jump, "M L T^-2", "jump of dU/dr at the first kink"});
   }
-  metrics.push_back({"stiffness_deviation", std::abs(d.stiffness_by_differences.value / d.stiffness - 1.0),
-                     "1",
-                     "U''(r_eq) by differences of the tension (GSL), relative departure from the formula"});
-  const bond::Derivation again = bond::calibrate(study.law, d.young_modulus, d.rest_length, 0.3).derivation;
-  metrics.push_back({"round_trip_deviation", std::abs(again.young_modulus / d.young_modulus - 1.0), "1",
-                     "E of the law calibrated to this E and spacing, relative departure"});
+  if (!std::isfinite(d.stiffness_by_differences.value)) {
+    progress.warn("no stiffness_deviation: the law changes too close to its rest length for differences");
+  } else {
+    metrics.push_back({"stiffness_deviation", std::abs(d.stiffness_by_differences.value / d.stiffness - 1.0),
+                       "1",
+                       "U''(r_eq) by differences of the tension (GSL), relative departure from the formula"});
+  }
+  try {
+    const bond::Derivation again = bond::calibrate(study.law, d.young_modulus, d.rest_length, 0.3).derivation;
+    metrics.push_back({"round_trip_deviation", std::abs(again.young_modulus / d.young_modulus - 1.0), "1",
+                       "E of the law calibrated to this E and spacing, relative departure"});
+  } catch (const BadParameter& bad) {
+    progress.warn(fmt::format("no round_trip_deviation: {}", bad.what()));
+  }
   for (const bond::Validity& v : d.validity) {
     const int percent = static_cast<int>(std::lround(100.0 * v.tolerance));
     metrics.push_back({fmt::format("secant_valid_to_{}pct", percent), v.secant.hi, "1",
@@ -165,8 +174,8 @@ engine::Study read_derive(const io::Section& top) {
   }
   return {.plan = engine::read_plan(top, {.law = study.law}),
           .measures = measures,
-          .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
-            seen.metrics = metrics_of(study);
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            seen.metrics = metrics_of(study, progress);
             cost.finish("metrics");
             seen.records = {potential_record(study), moduli_record(study), validity_record(study.derivation)};
             if (!study.derivation.kinks.empty()) seen.records.push_back(kinks_record(study.derivation));

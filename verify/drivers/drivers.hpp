@@ -64,8 +64,8 @@ engine::Study read_vortex(const io::Section& top);
 /// Viscosity of a fluid that streams through the lattice.
 engine::Study read_galilean(const io::Section& top);
 
-/// The paper's driven filament with two bond laws, and how far they are apart.   [wu-qi-2014, Sec. 3, Figs.
-/// 5-8]
+/// The paper's driven filament with two bond laws, and how far they are apart.
+/// [wu-qi-2014, Sec. 3, Figs. 5-8]
 engine::Study read_filament(const io::Section& top);
 
 /// What the paper leaves open about its filament, one at a time: how far each choice moves it.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "drivers/beam_section.hpp"
 #include "drivers/drivers.hpp"
@@ -56,14 +57,14 @@ double root_offset(const BeamSection& section, std::int64_t clamped, double spac
 }
 
 double largest_strain(const solid::Network& network, const Positions& u) {
-  double largest = 0.0;
+  double strain = 0.0;
   for (std::size_t b = 0; b < network.bonds.size(); ++b) {
     const solid::Bond& bond = network.bonds[b];
     const auto vector = network.vectors.row(static_cast<Eigen::Index>(b));
     const double r = (vector + (u.row(bond.second) - u.row(bond.first))).norm();
-    largest = std::max(largest, std::abs(r / network.spacing - 1.0));
+    strain = worse(strain, std::abs(r / network.spacing - 1.0));
   }
-  return largest;
+  return strain;
 }
 
 // The tip under each load, one after the other, each reached in steps small enough for Newton's method.
@@ -144,6 +145,9 @@ void run(const ElasticaStudy& study, Observations& seen, Progress& progress, eng
                  {"reach", "", "1", "along the undeformed axis, over the length", {}},
                  {"error", "", "1", "distance from the elastica's tip, over the length", {}},
                  {"largest_strain", "", "1", "of any bond, in magnitude", {}}}};
+  // The longest alone, one row per load, to be held against a curve.
+  Record longest{"elastica_longest", "Tip of the longest beam under a dead load", record.columns};
+  longest.columns.erase(longest.columns.begin());
   Record convergence{"convergence",
                      "Distance of the tip from the elastica's",
                      {{"spacing_over_length", "r0/L", "1", "", {}},
@@ -155,6 +159,13 @@ void run(const ElasticaStudy& study, Observations& seen, Progress& progress, eng
       const Tip& tip = tips[l][p];
       record.append(
           {span, study.loads[p], tip.deflection, tip.reach, distance(tip, exact[p]), tip.largest_strain});
+    }
+    if (l + 1 == lengths) {
+      for (std::size_t p = 0; p < study.loads.size(); ++p) {
+        const Tip& tip = tips[l][p];
+        longest.append(
+            {study.loads[p], tip.deflection, tip.reach, distance(tip, exact[p]), tip.largest_strain});
+      }
     }
     convergence.append(
         {spacing / span, distance(tips[l].front(), exact.front()), distance(tips[l].back(), exact.back())});
@@ -168,7 +179,7 @@ void run(const ElasticaStudy& study, Observations& seen, Progress& progress, eng
     const double weight = 1.0 / (ratio * ratio - 1.0);
     const Tip limit{fine.deflection + weight * (fine.deflection - coarse.deflection),
                     fine.reach + weight * (fine.reach - coarse.reach), 0.0};
-    extrapolated = std::max(extrapolated, distance(limit, exact[p]));
+    extrapolated = worse(extrapolated, distance(limit, exact[p]));
   }
   const auto last_order = [&](const char* column) {
     const std::vector<double>& error = convergence.find(column)->values;
@@ -189,7 +200,7 @@ void run(const ElasticaStudy& study, Observations& seen, Progress& progress, eng
        std::hypot(of_law.deflection - of_springs.deflection, of_law.reach - of_springs.reach), "1",
        "shortest beam, largest load: distance of its tip from that of harmonic bonds of the same stiffness, "
        "over the length"}};
-  seen.records = {record, exact_curve(study.loads.back()), convergence};
+  seen.records = {record, exact_curve(study.loads.back()), convergence, longest};
 }
 
 }  // namespace
@@ -199,7 +210,7 @@ engine::Study read_elastica(const io::Section& top) {
   const double rest_length = engine::read_derivation(top, law).rest_length;
   const io::Section t = top.table("elastica");
   ElasticaStudy study{.material = {law, engine::read_angle_stiffness(top)},
-                      .section = engine::read_solid(top, law, rest_length),
+                      .section = engine::read_solid_at_rest(top, law, rest_length),
                       .lengths = t.integers("lengths"),
                       .clamped = t.integer("clamped", 1, 2),
                       .loads = t.numbers("loads")};
@@ -235,7 +246,9 @@ engine::Study read_elastica(const io::Section& top) {
                     .method = "Newton's method, load by load; first sections held, last one loaded",
                     .moves = false}),
           .measures = {"tip_error", "order_least_load", "order_largest_load", "extrapolated_error",
-                       "shortest_tip_error", "shortest_strain", "departure_from_harmonic"},
+                       "shortest_tip_error", "shortest_strain", "departure_from_harmonic",
+                       "elastica_longest.load", "elastica_longest.deflection", "elastica_longest.reach",
+                       "elastica_longest.error", "elastica_longest.largest_strain"},
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);
           }};

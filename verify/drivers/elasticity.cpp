@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/root.hpp"
@@ -18,6 +19,7 @@ using observe::Record;
 struct ElasticityStudy {
   solid::Material material;
   double spacing;              // [L]
+  double width;                // of differences by the strain, inside what is smooth around rest  [1]
   std::vector<double> shears;  // engineering shear strains of the simple-shear curve  [1]
 };
 
@@ -59,7 +61,8 @@ Mat3 stress(const ElasticityStudy& study, const solid::Network& cell, const Mat3
 // Derivative at rest of the stress component (i, j) by the strain that `strained` builds.
 template <class Strained>
 double modulus(const ElasticityStudy& study, const solid::Network& cell, int i, int j, Strained strained) {
-  return central_derivative([&](double e) { return stress(study, cell, strained(e))(i, j); }, 0.0, 1e-4)
+  return central_derivative([&](double e) { return stress(study, cell, strained(e))(i, j); }, 0.0,
+                            study.width)
       .value;
 }
 
@@ -109,8 +112,18 @@ void run(const ElasticityStudy& study, Observations& seen, engine::Cost& cost) {
 
 engine::Study read_elasticity(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
-  const double rest_length = engine::read_derivation(top, law).rest_length;
-  ElasticityStudy study{{law, engine::read_angle_stiffness(top)}, rest_length, {}};
+  const bond::Derivation derivation = engine::read_derivation(top, law);
+  const double rest_length = derivation.rest_length;
+  ElasticityStudy study{.material = {law, engine::read_angle_stiffness(top)},
+                        .spacing = rest_length,
+                        .width = std::min(1e-4, 0.01 * derivation.smooth_radius / rest_length),
+                        .shears = {}};
+  if (!(study.width > 1e-10)) {
+    top.table("bond").fail("law", "the law changes too close to its rest length",
+                           fmt::format("only {:.3g} of it are smooth, too little for differences",
+                                       derivation.smooth_radius / rest_length),
+                           "Look at its limits and its cut-off");
+  }
   if (top.has("elasticity")) {
     const io::Section t = top.table("elasticity");
     study.shears = t.numbers("shears");
@@ -123,7 +136,7 @@ engine::Study read_elasticity(const io::Section& top) {
   }
   return {.plan = engine::read_plan(top, {.law = law}),
           .measures = {"c11", "c12", "c44", "c44_simple", "anisotropy", "poisson_in_shear",
-                       "simple_shear.shear_stress"},
+                       "simple_shear.shear", "simple_shear.shear_stress"},
           .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
 }
 

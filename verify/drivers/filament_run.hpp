@@ -1,5 +1,5 @@
-/// One filament driven at one end through one fluid, and what is seen of it.          [wu-qi-2014, Sec. 3,
-/// Figs. 5-8]
+/// One filament driven at one end through one fluid, and what is seen of it.
+/// [wu-qi-2014, Sec. 3, Eqs. 26-27, Figs. 5-8]
 #pragma once
 
 #include <array>

@@ -19,9 +19,12 @@ namespace {
 using observe::Observations;
 using observe::Record;
 
+constexpr double most_steps = 1e9;  // of a run
+
 struct OscillationStudy {
   bond::AnyLaw law;
   double rest_length;
+  double exact = 0.0;                  // period  [T]
   std::int64_t nodes;                  // 2: a pair; more: the first mode of a free chain of harmonic bonds
   double strain;                       // of the (first) bond at the start
   std::vector<std::int64_t> steps;     // per period, rising
@@ -29,29 +32,94 @@ struct OscillationStudy {
   int periods;                         // over which the period is measured
 };
 
+// Integral of f from 0 to `way`, smooth piece by smooth piece between the breaks.
+double integral_by_pieces(const Function& f, double way, std::vector<double> breaks) {
+  std::erase_if(breaks, [&](double at) { return !(0.0 < at && at < way); });
+  breaks.push_back(way);
+  std::sort(breaks.begin(), breaks.end());
+  double sum = 0.0;
+  double from = 0.0;
+  for (const double to : breaks) {
+    sum += integral(f, from, to);
+    from = to;
+  }
+  return sum;
+}
+
+// A pair let go at rest: lengths are counted from the rest length, so that a small strain keeps all its
+// digits.
+struct Pair {
+  const bond::AnyLaw& law;
+  double rest;                // [L]
+  std::vector<double> kinks;  // where the stiffness jumps, rising  [L]
+
+  // The tension at x, of which rest + x would keep too few digits.
+  double tension(double x) const {
+    const double r = rest + x;
+    return bond::tension(law, r) + bond::stiffness(law, r) * (x - (r - rest));
+  }
+
+  // The energy that is free after a start at rest at `end` and a way `inwards` (1 or -1) of this length.
+  double freed(double end, double inwards, double way) const {
+    std::vector<double> breaks;
+    for (const double kink : kinks) breaks.push_back(inwards * (kink - end));
+    return integral_by_pieces([&](double y) { return -inwards * tension(end + inwards * y); }, way, breaks);
+  }
+};
+
+// The other end of the motion that starts at rest at x = start. Throws NumericalFailure when there is none.
+double turning_point(const Pair& pair, double start) {
+  const Interval domain = bond::domain(pair.law);
+  const double limit = (start > 0.0 ? domain.lo : domain.hi) - pair.rest;
+  const double inwards = start > 0.0 ? -1.0 : 1.0;
+  const auto freed = [&](double x) { return pair.freed(start, inwards, std::abs(start - x)); };
+  double inside = 0.0;
+  double outside = std::abs(limit) <= std::abs(start) ? 0.5 * limit : -start;
+  constexpr int most_tries = 40;  // each twice as far, or half as far from the limit
+  for (int step = 0; step < most_tries && domain.contains(pair.rest + outside); ++step) {
+    if (freed(outside) <= 0.0) {
+      return bracketed_root(freed, std::min(inside, outside), std::max(inside, outside));
+    }
+    inside = outside;
+    outside = std::abs(2.0 * outside) < std::abs(limit) ? 2.0 * outside : 0.5 * (outside + limit);
+  }
+  throw NumericalFailure(fmt::format(
+      "a pair let go at a strain of {} does not come back: on the other side of rest nothing stops it "
+      "up to a strain of {}",
+      start / pair.rest, inside / pair.rest));
+}
+
 // The period of a pair of unit masses let go at rest at this strain: 2 integral dr / sqrt(2 (E - U)/mu)
 // between the turning points, mu = 1/2, with r = centre + half sin(phi), which takes the square-root ends
-// away.
+// away. E - U is the tension's integral from the nearer end, so that nothing cancels at small strains.
 double pair_period(const OscillationStudy& study) {
-  const double start = study.rest_length * (1.0 + study.strain);
-  const double energy = bond::energy(study.law, start);
-  const auto excess = [&](double r) { return bond::energy(study.law, r) - energy; };
-  double outside = study.rest_length;  // on the other side of rest, where the energy is larger
-  const Interval domain = bond::domain(study.law);
-  do {
-    outside = study.strain > 0.0 ? 0.5 * (outside + (domain.lo + 0.05 * outside))
-                                 : 0.5 * (outside + std::min(domain.hi, 3.0 * outside));
-  } while (!(excess(outside) > 0.0));
-  const double turn =
-      bracketed_root(excess, std::min(outside, study.rest_length), std::max(outside, study.rest_length));
-  const double centre = 0.5 * (start + turn);
+  const bond::Derivation derivation = bond::derive(study.law);
+  Pair pair{study.law, study.rest_length, {}};
+  for (const bond::Kink& kink : derivation.kinks) pair.kinks.push_back(kink.length - pair.rest);
+  const double start = study.rest_length * study.strain;
+  const double turn = turning_point(pair, start);
   const double half = 0.5 * std::abs(start - turn);
-  return 2.0 * integral(
-                   [&](double phi) {
-                     const double kinetic = -excess(centre + half * std::sin(phi));
-                     return half * std::cos(phi) / std::sqrt(4.0 * kinetic);
-                   },
-                   -0.5 * std::numbers::pi, 0.5 * std::numbers::pi);
+  const double inwards = start > turn ? -1.0 : 1.0;  // from the start
+  // From one end to the middle, over the angle pi/2 - |phi|: the way from the end is taken by half of it.
+  const auto quarter = [&](double end, double towards) {
+    std::vector<double> breaks;  // angles at which a kink is passed
+    for (const double kink : pair.kinks) {
+      const double way = towards * (kink - end);
+      if (0.0 < way && way < half) breaks.push_back(2.0 * std::asin(std::sqrt(0.5 * way / half)));
+    }
+    const auto time_per_angle = [&](double angle) {
+      const double way = 2.0 * half * std::pow(std::sin(0.5 * angle), 2);
+      const double kinetic = pair.freed(end, towards, way);
+      if (!(kinetic > 0.0)) {
+        throw NumericalFailure(
+            fmt::format("a pair let go at a strain of {} turns at {}, before it is at rest length",
+                        study.strain, (end + towards * way) / pair.rest));
+      }
+      return half * std::sin(angle) / std::sqrt(4.0 * kinetic);
+    };
+    return integral_by_pieces(time_per_angle, 0.5 * std::numbers::pi, breaks);
+  };
+  return 2.0 * (quarter(start, inwards) + quarter(turn, -inwards));
 }
 
 double exact_period(const OscillationStudy& study) {
@@ -130,8 +198,7 @@ double last_order(const Record& record) {
 }
 
 void run(const OscillationStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  const double exact = exact_period(study);
-  cost.finish("exact period");
+  const double exact = study.exact;
   const double k = bond::stiffness(study.law, study.rest_length);
   const double limit = 2.0 / std::sqrt(study.nodes == 2 ? 2.0 * k : 4.0 * k);
   const std::vector<observe::Column> columns{
@@ -139,9 +206,16 @@ void run(const OscillationStudy& study, Observations& seen, Progress& progress, 
       {"period", "T", "T", "mean over the measured periods", {}},
       {"error", "", "1", "relative departure from the exact period", {}},
       {"dt_over_limit", "", "1", "(sub-)step over the linear limit 2/omega_max at rest", {}}};
-  Record plain{"work_precision", "Error of the period against the work done", columns};
-  Record divided{"substeps", "Error of the period with sub-steps of an outer step of 1", columns};
-  divided.columns.insert(divided.columns.begin(), {"substeps", "", "1", "of an outer step of 1", {}});
+  // Row by row, so that a run that ends early keeps what it has measured.
+  const std::size_t first = seen.records.size();
+  seen.records.push_back({"work_precision", "Error of the period against the work done", columns});
+  if (!study.substeps.empty()) {
+    seen.records.push_back({"substeps", "Error of the period with sub-steps of an outer step of 1", columns});
+    seen.records.back().columns.insert(seen.records.back().columns.begin(),
+                                       {"substeps", "", "1", "of an outer step of 1", {}});
+  }
+  Record& plain = seen.records[first];
+  Record& divided = seen.records.back();
   const std::size_t rows = study.steps.size() + study.substeps.size();
   // The run time of row i is that of the phase <record>/i.
   for (std::size_t i = 0; i < study.steps.size(); ++i) {
@@ -169,13 +243,11 @@ void run(const OscillationStudy& study, Observations& seen, Progress& progress, 
                   {"period_over_harmonic", exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi), "1",
                    "exact period over that of a harmonic pair of the same stiffness"}};
   if (study.nodes != 2) seen.metrics.pop_back();
-  seen.records = {plain};
   if (!study.substeps.empty()) {
     seen.metrics.push_back(
         {"substep_error", divided.find("error")->values.back(), "1", "with the most sub-steps"});
     seen.metrics.push_back(
         {"substep_order", last_order(divided), "1", "order in the sub-step, last two rows"});
-    seen.records.push_back(divided);
   }
 }
 
@@ -185,7 +257,7 @@ engine::Study read_oscillation(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const io::Section t = top.table("oscillation");
-  const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
+  const scene::SolidSpec solid = engine::read_solid_at_rest(top, law, derivation.rest_length);
   const auto* block = std::get_if<solid::Block>(&solid.shape);
   const bool is_line =
       block != nullptr && block->nodes[0] == 1 && block->nodes[1] == 1 && solid.angle_stiffness == 0.0;
@@ -204,8 +276,17 @@ engine::Study read_oscillation(const io::Section& top) {
     t.fail("strain", fmt::format("'strain' is {}", study.strain),
            "it must be nonzero and inside the law's domain", "Use about 0.1");
   }
-  if (study.steps.size() < 2 || study.steps.front() < 4) {
-    t.fail("steps_per_period", "fewer than two rows, or fewer than 4 steps",
+  // The middle bonds of a chain are strained most, by 1/sin(pi/n) times the first.
+  if (study.nodes > 2 &&
+      !(std::abs(study.strain) < std::sin(std::numbers::pi / static_cast<double>(study.nodes)))) {
+    t.fail("strain", fmt::format("'strain' is {}", study.strain),
+           fmt::format(
+               "with the first bond of {} nodes strained so, the middle ones would be pressed to no length",
+               study.nodes),
+           "Use a smaller strain");
+  }
+  if (study.steps.size() < 2 || study.steps.front() < 4 || study.steps.back() > 1'000'000) {
+    t.fail("steps_per_period", "fewer than two rows, or a number outside 4 to 1000000",
            "an order needs two, leap-frog more than pi", "Give for example [20, 40, 80]");
   }
   const bool one_row = study.substeps.size() == 1;
@@ -221,11 +302,27 @@ engine::Study read_oscillation(const io::Section& top) {
   };
   need_rising("steps_per_period", study.steps);
   need_rising("substeps", study.substeps);
+  try {
+    study.exact = exact_period(study);
+  } catch (const NumericalFailure& failure) {
+    t.fail("strain", "the motion has no period", failure.what(), "Use a smaller strain");
+  }
+  const auto refuse_endless = [&](const char* key, double steps) {
+    if (steps * study.periods <= most_steps) return;
+    t.fail(key, fmt::format("{} periods take {:.3g} steps", study.periods, steps * study.periods),
+           fmt::format("a period lasts {:.6g}; {:.0e} steps are the limit", study.exact, most_steps),
+           "Use fewer steps or periods, or another unit of time");
+  };
+  refuse_endless("steps_per_period", static_cast<double>(study.steps.back()));
+  if (!study.substeps.empty())
+    refuse_endless("substeps", study.exact * static_cast<double>(study.substeps.back()));
   return {.plan = engine::read_plan(
               top,
               {.law = law, .solid = solid, .method = "leap-frog, from rest", .moves = true, .is_free = true}),
           .measures = {"exact_period", "period_error", "order", "dt_over_limit", "period_over_harmonic",
-                       "substep_error", "substep_order"},
+                       "substep_error", "substep_order", "work_precision.steps_per_period",
+                       "work_precision.period", "work_precision.error", "substeps.substeps",
+                       "substeps.period", "substeps.error"},
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);
           }};

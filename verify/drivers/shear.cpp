@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
@@ -77,7 +78,7 @@ void run(const ShearStudy& study, Observations& seen, Progress& progress, engine
     const auto n = static_cast<double>(study.widths[i]);
     record.append({n, free[i], plane[i], 1.0 - 1.0 / n});
     convergence.append({1.0 / n, std::abs(free[i] - 1.0), std::abs(plane[i] - 1.0)});
-    plane_error = std::max(plane_error, std::abs(plane[i] / (1.0 - 1.0 / n) - 1.0));
+    plane_error = worse(plane_error, std::abs(plane[i] / (1.0 - 1.0 / n) - 1.0));
   }
   const auto coarse = static_cast<double>(study.widths[count - 2]);
   const auto fine = static_cast<double>(study.widths[count - 1]);
@@ -97,7 +98,7 @@ void run(const ShearStudy& study, Observations& seen, Progress& progress, engine
 engine::Study read_shear(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
-  const scene::SolidSpec solid = engine::read_solid(top, law, rest_length);
+  const scene::SolidSpec solid = engine::read_solid_at_rest(top, law, rest_length);
   const io::Section t = top.table("shear");
   const auto* block = std::get_if<solid::Block>(&solid.shape);
   if (block == nullptr || !(solid.angle_stiffness > 0.0)) {
@@ -119,7 +120,8 @@ engine::Study read_shear(const io::Section& top) {
                                       .solid = scene::SolidSpec{widest, solid.angle_stiffness},
                                       .method = "linear response by sparse Cholesky; both end sections held",
                                       .moves = false}),
-      .measures = {"plane_error", "order_free", "column_error", "lost_width"},
+      .measures = {"plane_error", "order_free", "column_error", "lost_width", "shear.width",
+                   "shear.free_sides", "shear.plane"},
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
         run(study, seen, progress, cost);
       }};

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
+#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
@@ -74,9 +76,10 @@ class Body {
                              noisy_, Positions::Zero(noisy_.rows(), 3));
       const double start = motion.potential_energy();
       const double put_in = start - resting_energy();
+      watch(motion.displacement(), run);
       for (std::int64_t step = 1; step <= study_.steps; ++step) {
         motion.step();
-        if (step % 10 != 0) continue;
+        if (step % 10 != 0 && step != study_.steps) continue;
         watch(motion.displacement(), run);
         const double change = std::abs(motion.potential_energy() + motion.kinetic_energy() - start);
         if (!(change <= study_.growth * put_in)) {
@@ -113,8 +116,8 @@ class Body {
           (network_.vectors.row(static_cast<Eigen::Index>(b)) + (u.row(bond.second) - u.row(bond.first)))
               .norm() /
           network_.spacing;
-      run.longest = std::max(run.longest, r);
-      run.shortest = std::min(run.shortest, r);
+      run.longest = worse(run.longest, r);
+      run.shortest = lesser(run.shortest, r);
     }
   }
 
@@ -160,6 +163,14 @@ Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
   return {0.5 * (good + bad), limit, held.longest, held.shortest, failed.end == End::broke};
 }
 
+double greatest_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), values.front(), worse);
+}
+
+double least_of(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), values.front(), lesser);
+}
+
 void run(const StabilityStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   std::vector<Trial> trials;
   for (const double amplitude : study.amplitudes) {
@@ -170,57 +181,59 @@ void run(const StabilityStudy& study, Observations& seen, Progress& progress, en
     }
   }
   std::vector<Boundary> found(trials.size());
-  for_all(trials.size(), "runs", progress,
-          [&](std::size_t i) { found[i] = first_failure(study, trials[i]); });
-  Record record{
-      "boundary",
-      "First time step that fails",
-      {{"amplitude", "", "L", "noise on each coordinate, uniform in +- amplitude", {}},
-       {"prestrain", "", "1", "strain along z at which the ends are held; 0: free", {}},
-       {"dt",
-        "",
-        "T",
-        "middle of the last step that held and the first that failed, median of the seeds",
-        {}},
-       {"dt_least", "", "T", "least of the seeds", {}},
-       {"dt_largest", "", "T", "largest of the seeds", {}},
-       {"linear_limit", "2/omega_max", "T", "of the pre-strained body", {}},
-       {"ratio", "", "1", "dt over the linear limit", {}},
-       {"longest", "", "1", "r/r0 just below the boundary, worst of the seeds", {}},
-       {"shortest", "", "1", "r/r0 just below the boundary, worst of the seeds", {}},
-       {"broke", "", "1", "part of the seeds whose failing run broke instead of gaining energy", {}}}};
+  seen.records.push_back(
+      {"boundary",
+       "First time step that fails",
+       {{"amplitude", "", "L", "noise on each coordinate, uniform in +- amplitude", {}},
+        {"prestrain", "", "1", "strain along z at which the ends are held; 0: free", {}},
+        {"dt",
+         "",
+         "T",
+         "middle of the last step that held and the first that failed, median of the seeds",
+         {}},
+        {"dt_least", "", "T", "least of the seeds", {}},
+        {"dt_largest", "", "T", "largest of the seeds", {}},
+        {"linear_limit", "2/omega_max", "T", "of the pre-strained body", {}},
+        {"ratio", "", "1", "dt over the linear limit", {}},
+        {"longest", "", "1", "r/r0 just below the boundary, worst of the seeds, seen every tenth step", {}},
+        {"shortest", "", "1", "r/r0 just below the boundary, worst of the seeds, seen every tenth step", {}},
+        {"broke", "", "1", "part of the seeds whose failing run broke instead of gaining energy", {}}}});
+  Record& record = seen.records.back();
   const auto seeds = static_cast<std::size_t>(study.seeds);
-  for (std::size_t first = 0; first < trials.size(); first += seeds) {
+  const auto add_row = [&](std::size_t first) {
     std::vector<double> dt;
     double longest = 0.0;
     double shortest = bond::infinity;
     double broke = 0.0;
     for (std::size_t i = first; i < first + seeds; ++i) {
       dt.push_back(found[i].dt);
-      longest = std::max(longest, found[i].longest);
-      shortest = std::min(shortest, found[i].shortest);
+      longest = worse(longest, found[i].longest);
+      shortest = lesser(shortest, found[i].shortest);
       broke += found[i].broke ? 1.0 / static_cast<double>(seeds) : 0.0;
     }
     std::sort(dt.begin(), dt.end());
     const double median = 0.5 * (dt[(seeds - 1) / 2] + dt[seeds / 2]);
     record.append({trials[first].amplitude, trials[first].prestrain, median, dt.front(), dt.back(),
                    found[first].limit, median / found[first].limit, longest, shortest, broke});
-  }
+  };
+  for_all(
+      trials.size(), "runs", progress, [&](std::size_t i) { found[i] = first_failure(study, trials[i]); },
+      [&, whole = std::size_t{0}](std::size_t i) mutable {  // a row is the median of all its seeds
+        whole = i % seeds == 0 ? 1 : whole + 1;
+        if ((i + 1) % seeds == 0 && whole == seeds) add_row(i + 1 - seeds);
+      });
   cost.finish("runs");
   const std::vector<double>& ratio = record.find("ratio")->values;
   const std::vector<double>& longest = record.find("longest")->values;
   const std::vector<double>& shortest = record.find("shortest")->values;
   seen.metrics = {
-      {"least_ratio", *std::min_element(ratio.begin(), ratio.end()), "1",
-       "least boundary over its linear limit"},
-      {"largest_ratio", *std::max_element(ratio.begin(), ratio.end()), "1",
-       "largest boundary over its linear limit"},
+      {"least_ratio", least_of(ratio), "1", "least boundary over its linear limit"},
+      {"largest_ratio", greatest_of(ratio), "1", "largest boundary over its linear limit"},
       {"linear_limit", record.find("linear_limit")->values.front(), "T", "2/omega_max of the first row"},
-      {"longest", *std::max_element(longest.begin(), longest.end()), "1",
-       "largest r/r0 in runs that counted as stable"},
-      {"shortest", *std::min_element(shortest.begin(), shortest.end()), "1",
-       "least r/r0 in runs that counted as stable"}};
-  seen.records = {record};
+      {"longest", greatest_of(longest), "1",
+       "largest r/r0 in runs that counted as stable, seen every tenth step"},
+      {"shortest", least_of(shortest), "1",
+       "least r/r0 in runs that counted as stable, seen every tenth step"}};
 }
 
 }  // namespace
@@ -229,6 +242,14 @@ engine::Study read_stability(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
+  const double spacing = std::visit([](const auto& shape) { return shape.spacing; }, solid.shape);
+  // Parameters that are rounded to four digits or so leave that much.
+  if (!(std::abs(spacing / derivation.rest_length - 1.0) <= 1e-4)) {
+    top.table("solid").fail(
+        "spacing", fmt::format("'spacing' is {}", spacing),
+        fmt::format("a free body would swing by itself; the rest length is {}", derivation.rest_length),
+        "Leave it out, and use 'prestrains' for a strained body");
+  }
   const io::Section t = top.table("stability");
   StabilityStudy study{.material = {law, solid.angle_stiffness},
                        .solid = solid,
@@ -246,10 +267,18 @@ engine::Study read_stability(const io::Section& top) {
   if (study.amplitudes.empty() || study.prestrains.empty()) {
     t.fail("amplitudes", "no amplitude or no prestrain", "each pair is one row", "Give at least one of each");
   }
+  for (const double prestrain : study.prestrains) {
+    if (bond::domain(law).contains(spacing * (1.0 + prestrain))) continue;
+    t.fail("prestrains", fmt::format("prestrain {}", prestrain), "the bond law is not defined there",
+           "Leave it out");
+  }
   if (!(study.growth > 0.0))
     t.fail("growth", "'growth' is not positive", "it bounds the energy error", "Use 5");
-  if (!(study.resolution > 1e-6))
-    t.fail("resolution", "'resolution' is too fine", "each halving is a run", "Use 0.005");
+  if (!(study.resolution > 1e-6) || study.resolution > 0.08) {
+    t.fail("resolution", fmt::format("'resolution' is {}", study.resolution),
+           "it lies between 1e-6, as each halving is a run, and 0.08, the step of the first search",
+           "Use 0.005");
+  }
   const bool is_free = std::all_of(study.prestrains.begin(), study.prestrains.end(),
                                    [](double strain) { return strain == 0.0; });
   return {
@@ -261,8 +290,9 @@ engine::Study read_stability(const io::Section& top) {
                                     "no drive, no load",
                 .moves = true,
                 .is_free = is_free}),
-      .measures = {"least_ratio", "largest_ratio", "linear_limit", "longest", "shortest", "boundary.dt",
-                   "boundary.ratio", "boundary.linear_limit"},
+      .measures = {"least_ratio", "largest_ratio", "linear_limit", "longest", "shortest",
+                   "boundary.amplitude", "boundary.prestrain", "boundary.dt", "boundary.ratio",
+                   "boundary.linear_limit"},
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
         run(study, seen, progress, cost);
       }};

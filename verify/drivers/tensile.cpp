@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
+#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
@@ -43,39 +45,43 @@ std::vector<Pulled> pull_all(std::size_t count, const std::string& phase, Progre
   return states;
 }
 
-Record stress_strain(const TensileStudy& study, Progress& progress) {
-  const std::vector<Pulled> states = pull_all(study.points.size(), "curve", progress, [&](std::size_t i) {
-    try {
-      return study.control == Control::displacement
-                 ? solid::pull_to_strain(study.law, study.block, study.lateral_held, study.points[i])
-                 : solid::pull_with_stress(study.law, study.block, study.lateral_held, study.points[i]);
-    } catch (const NumericalFailure& failure) {
-      throw NumericalFailure(fmt::format("at {} {}: {}",
-                                         study.control == Control::displacement ? "strain" : "stress",
-                                         study.points[i], failure.what()));
-    }
-  });
-  Record record{"stress_strain",
-                "Static pull along the axis",
-                {{"strain", "", "1", "change of length over undeformed length", {}},
-                 {"stress", "", "M L^-1 T^-2", "axial force over the undeformed section n m r0^2", {}},
-                 {"secant_ratio", "", "1", "stress / (E strain)", {}},
-                 {"tangent_ratio", "", "1", "U''(r)/U''(r_eq) at the mean bond length", {}},
-                 {"iterations", "", "1", "Newton steps", {}},
-                 {"residual",
-                  "",
-                  "1",
-                  "largest out-of-balance force over the largest tension or that of a strain of 1e-3",
-                  {}}}};
+// Adds the curve to what was seen, state by state.
+void add_stress_strain(const TensileStudy& study, Progress& progress, Observations& seen) {
+  seen.records.push_back(
+      {"stress_strain",
+       "Static pull along the axis",
+       {{"strain", "", "1", "change of length over undeformed length", {}},
+        {"stress", "", "M L^-1 T^-2", "axial force over the undeformed section n m r0^2", {}},
+        {"secant_ratio", "", "1", "stress / (E strain)", {}},
+        {"tangent_ratio", "", "1", "U''(r)/U''(r_eq) at the mean bond length", {}},
+        {"iterations", "", "1", "Newton steps", {}},
+        {"residual",
+         "",
+         "1",
+         "largest out-of-balance force over the largest tension or that of a strain of 1e-3",
+         {}}}});
+  Record& record = seen.records.back();
+  const bool displaced = study.control == Control::displacement;
   const bond::Derivation& d = study.derivation;
-  for (const Pulled& state : states) {
+  std::vector<Pulled> states(study.points.size());
+  const auto pull = [&](std::size_t i) {
+    try {
+      states[i] = displaced
+                      ? solid::pull_to_strain(study.law, study.block, study.lateral_held, study.points[i])
+                      : solid::pull_with_stress(study.law, study.block, study.lateral_held, study.points[i]);
+    } catch (const NumericalFailure& failure) {
+      throw NumericalFailure(
+          fmt::format("at {} {}: {}", displaced ? "strain" : "stress", study.points[i], failure.what()));
+    }
+  };
+  for_all(states.size(), "curve", progress, pull, [&](std::size_t i) {
+    const Pulled& state = states[i];
     const double secant = state.strain == 0.0 ? std::numeric_limits<double>::quiet_NaN()
                                               : state.stress / (d.young_modulus * state.strain);
     record.append({state.strain, state.stress, secant,
                    bond::stiffness(study.law, d.rest_length * (1.0 + state.strain)) / d.stiffness,
                    static_cast<double>(state.iterations), state.residual});
-  }
-  return record;
+  });
 }
 
 // Difference quotients of the stress at strains h, h/2, h/4, ...
@@ -164,10 +170,10 @@ Record section_moduli(const TensileStudy& study, Progress& progress) {
 void run(const TensileStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double derived = study.derivation.young_modulus;
   if (!study.points.empty()) {
-    seen.records.push_back(stress_strain(study, progress));
+    add_stress_strain(study, progress, seen);
     const std::vector<double>& residual = seen.records.back().find("residual")->values;
     seen.metrics.push_back(
-        {"largest_residual", *std::max_element(residual.begin(), residual.end()), "1",
+        {"largest_residual", std::accumulate(residual.begin(), residual.end(), 0.0, worse), "1",
          "largest out-of-balance force over the largest tension or that of a strain of 1e-3, all states"});
     cost.finish("curve");
   }
@@ -189,8 +195,9 @@ void run(const TensileStudy& study, Observations& seen, Progress& progress, engi
     seen.records.push_back(section_moduli(study, progress));
     const std::vector<double>& by_nodes = seen.records.back().find("modulus_node_area")->values;
     const std::vector<double>& by_faces = seen.records.back().find("modulus_outer_faces")->values;
-    const auto [least, most] = std::minmax_element(by_nodes.begin(), by_nodes.end());
-    seen.metrics.push_back({"section_spread", (*most - *least) / derived, "1",
+    const double least = std::accumulate(by_nodes.begin(), by_nodes.end(), by_nodes.front(), lesser);
+    const double most = std::accumulate(by_nodes.begin(), by_nodes.end(), by_nodes.front(), worse);
+    seen.metrics.push_back({"section_spread", (most - least) / derived, "1",
                             "spread of the modulus over the sections, area n^2 r0^2"});
     seen.metrics.push_back({"outer_face_ratio", by_faces.back() / derived, "1",
                             "modulus of the last section with area (n-1)^2 r0^2, over the law's"});
@@ -220,7 +227,9 @@ engine::Study read_tensile(const io::Section& top) {
       .control =
           t.choice("control", {"displacement", "load"}) == "load" ? Control::load : Control::displacement,
       .points = {},
-      .modulus_strain = t.number("modulus_strain", 0.004),
+      // Inside what is smooth around rest: differences across a kink have another limit.
+      .modulus_strain = t.number("modulus_strain",
+                                 std::min(0.004, 0.5 * derivation.smooth_radius / derivation.rest_length)),
       .modulus_levels = t.has("modulus_levels") ? static_cast<int>(t.integer("modulus_levels", 2, 12)) : 4,
       .sections = {}};
   const std::string points = study.control == Control::displacement ? "strains" : "stresses";
@@ -248,6 +257,16 @@ engine::Study read_tensile(const io::Section& top) {
         t.fail("sections", fmt::format("'sections' holds {}", n),
                "n x n sections with outer faces have 2 to 100 nodes a side", "Choose n from 2 to 100");
       study.sections.push_back(static_cast<double>(n));
+    }
+  }
+  if (!study.sections.empty()) {  // the thickest must fit into memory too
+    Block thickest = study.block;
+    thickest.nodes[0] = thickest.nodes[1] =
+        static_cast<std::int64_t>(std::accumulate(study.sections.begin(), study.sections.end(), 0.0, worse));
+    try {
+      scene::plan({.law = law, .solid = scene::SolidSpec{thickest, 0.0}, .moves = false});
+    } catch (const BadParameter& bad) {
+      t.fail("sections", bad.problem, bad.why, "Use thinner sections");
     }
   }
   std::vector<std::string> measures{"young_modulus", "derived_young_modulus", "modulus_deviation",

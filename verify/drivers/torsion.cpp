@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
@@ -155,8 +156,8 @@ void run(const TorsionStudy& study, Observations& seen, Progress& progress, engi
     const double section = section_constant(study.sides[i]) / std::pow(n, 4);
     const double series = right_angle_constant(study.sides[i]) / std::pow(n, 4);
     record.append({n, whole[i] / unit, section, right[i] / unit, series, continuum});
-    bar_error = std::max(bar_error, std::abs(whole[i] / unit / section - 1.0));
-    series_error = std::max(series_error, std::abs(right[i] / unit / series - 1.0));
+    bar_error = worse(bar_error, std::abs(whole[i] / unit / section - 1.0));
+    series_error = worse(series_error, std::abs(right[i] / unit / series - 1.0));
   }
   Record convergence{"convergence",
                      "Departure of the torsion constant from Saint-Venant's",
@@ -218,17 +219,24 @@ engine::Study read_torsion(const io::Section& top) {
   check_rising("sides", study.sides, 60);
   check_rising("sections", study.sections, 1000);
   const std::int64_t n = study.sides.back();
-  return {.plan = engine::read_plan(
-              top, {.law = law,
-                    .solid = scene::SolidSpec{solid::Block{{n, n, study.slenderness * n + 1}, rest_length},
-                                              study.material.angle_stiffness},
-                    .method = "linear response by sparse Cholesky; half a bar under end couples",
-                    .moves = false}),
-          .measures = {"bar_error", "series_error", "thickest_bar_error", "order_lattice",
-                       "order_right_angles", "extrapolated_error"},
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+  scene::Plan plan;
+  try {
+    plan =
+        scene::plan({.law = law,
+                     .solid = scene::SolidSpec{solid::Block{{n, n, study.slenderness * n + 1}, rest_length},
+                                               study.material.angle_stiffness},
+                     .method = "linear response by sparse Cholesky; half a bar under end couples",
+                     .moves = false});
+  } catch (const BadParameter& bad) {
+    t.fail("sides", bad.problem, bad.why, "Use thinner bars, or a smaller slenderness");
+  }
+  return {
+      .plan = plan,
+      .measures = {"bar_error", "series_error", "thickest_bar_error", "order_lattice", "order_right_angles",
+                   "extrapolated_error", "torsion.side", "torsion.bar", "torsion.section"},
+      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+        run(study, seen, progress, cost);
+      }};
 }
 
 }  // namespace veriflex::drivers

@@ -79,7 +79,7 @@ void read_target(const io::Section& s, Check& check, Case& c, const Shelf& shelf
     if (check.curve)
       s.fail("target", "a curve needs a reference", "its points stand in a table", "Name a reference");
     check.target = s.number("target");
-    check.kind = s.choice("kind", reference_kinds());
+    check.kind = s.choice("kind", target_kinds());
     check.source = s.text("source");
     return;
   }
@@ -123,9 +123,22 @@ void read_target(const io::Section& s, Check& check, Case& c, const Shelf& shelf
 }
 
 void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
-  check.claim = s.text("claim");
+  check.claims = s.has_list("claim") ? s.texts("claim") : std::vector{s.text("claim")};
   if (!shelf.ledger) shelf.ledger = read_ledger(shelf.references);
-  find_entry(*shelf.ledger, check.claim, s.place("claim"));
+  if (check.claims.empty()) {
+    s.fail("claim", "'claim' is empty", "a check of a claim judges at least one entry of the ledger",
+           "Name one; see veriflex claims");
+  }
+  for (const std::string& id : check.claims) {
+    const Entry& entry = find_entry(*shelf.ledger, id, s.place("claim"));
+    if (entry.kind == not_decidable) {
+      s.fail("claim", fmt::format("the ledger calls '{}' not decidable", id), entry.notes,
+             "Judge another entry, or state in the ledger what a run could contradict");
+    }
+    if (std::count(check.claims.begin(), check.claims.end(), id) > 1) {
+      s.fail("claim", fmt::format("'{}' is named twice", id), "a check judges an entry once", "Remove one");
+    }
+  }
   if (s.flag("expected_to_hold", true)) return;
   const io::Section recorded = s.table("recorded");
   check.refuted = Recorded{recorded.number("value"), recorded.number("relative")};

@@ -48,7 +48,7 @@ struct Check {
       reference;  // index in Case::references; none when the case states the target itself
   std::string kind;
   std::string source;
-  std::string claim;                // ledger entry, for a claim
+  std::vector<std::string> claims;  // ledger entries that a claim's check judges
   std::optional<Recorded> refuted;  // given: the claim is expected not to hold
   Place place;
 };

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <sstream>
 
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
@@ -13,38 +14,112 @@ namespace fs = std::filesystem;
 
 namespace {
 
-// The checks of a result file that cite a claim, as (claim, judgement). A run that ended in an error has
-// none.
+// The checks of a result file that cite claims, as (claim, judgement). A run that ended in an error has none.
 struct CitedChecks {
-  std::string case_id, verdict;
+  fs::path file;
+  std::string case_id, verdict, date;
   std::vector<std::pair<std::string, Judgement>> checks;
 };
 
 CitedChecks read_checks(const fs::path& path) {
   const io::Hdf5File file(path);
-  CitedChecks read{file.attribute("/", "id"), file.attribute("/", "verdict"), {}};
+  CitedChecks read{path,
+                   file.attribute("/", "id"),
+                   file.attribute("/", "verdict"),
+                   file.attribute("/provenance", "date"),
+                   {}};
   const std::vector<std::string> claims = file.texts("/checks/claim");
   const std::vector<std::string> verdicts = file.texts("/checks/verdict");
   const std::vector<std::string> metrics = file.texts("/checks/metric");
   const std::vector<std::string> statements = file.texts("/checks/statement");
+  const std::vector<std::string> kinds = file.texts("/checks/kind");
+  const std::vector<std::string> holds = file.texts("/checks/holds");
   const std::vector<double> measured = file.numbers("/checks/measured");
   const std::vector<double> targets = file.numbers("/checks/target");
-  for (const std::size_t size :
-       {verdicts.size(), metrics.size(), statements.size(), measured.size(), targets.size()}) {
+  const std::vector<double> tolerances = file.numbers("/checks/tolerance");
+  for (const std::size_t size : {verdicts.size(), metrics.size(), statements.size(), kinds.size(),
+                                 holds.size(), measured.size(), targets.size(), tolerances.size()}) {
     if (size != claims.size()) {
       throw InputError({path.string()}, "the columns of /checks differ in length",
                        "the file is not as its schema says", "Run the case again");
     }
   }
   for (std::size_t i = 0; i < claims.size(); ++i) {
-    if (claims[i].empty()) continue;
-    read.checks.emplace_back(
-        claims[i], Judgement{read.case_id, verdicts[i], metrics[i], statements[i], measured[i], targets[i]});
+    std::istringstream cited(claims[i]);
+    for (std::string claim; cited >> claim;) {
+      read.checks.emplace_back(
+          claim, Judgement{read.case_id, verdicts[i], metrics[i], statements[i], kinds[i], measured[i],
+                           targets[i], tolerances[i], holds[i] == "outside"});
+    }
   }
   return read;
 }
 
+std::vector<fs::path> result_files(const std::vector<fs::path>& folders) {
+  std::vector<fs::path> files;
+  for (const fs::path& folder : folders) {
+    if (!fs::is_directory(folder)) {
+      throw InputError({folder.string()}, "no folder of results",
+                       fs::exists(folder) ? "it is a file" : "it does not exist",
+                       "Name the folder that veriflex run or verify wrote to with --results");
+    }
+    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+      const bool hidden = entry.path().filename().string().starts_with('.');
+      if (entry.path().extension() == ".h5" && !hidden) files.push_back(entry.path());
+    }
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+// One result per case, the newest.
+std::vector<CitedChecks> read_results(const std::vector<fs::path>& folders, Judged& judged) {
+  std::vector<CitedChecks> cases;
+  for (const fs::path& file : result_files(folders)) {
+    try {
+      CitedChecks read = read_checks(file);
+      const auto twin = std::find_if(cases.begin(), cases.end(),
+                                     [&](const CitedChecks& c) { return c.case_id == read.case_id; });
+      if (twin == cases.end()) {
+        cases.push_back(std::move(read));
+        continue;
+      }
+      if (twin->date < read.date) std::swap(*twin, read);
+      judged.left_out.push_back(fmt::format("{}: left out, {} is a newer result of '{}'", read.file.string(),
+                                            twin->file.string(), twin->case_id));
+    } catch (const InputError& error) {
+      judged.unreadable.emplace_back(error.what());
+    }
+  }
+  std::sort(cases.begin(), cases.end(),
+            [](const CitedChecks& a, const CitedChecks& b) { return a.case_id < b.case_id; });
+  return cases;
+}
+
+void check_kind(const io::Section& s, const Entry& entry) {
+  if (entry.kind != not_decidable) {
+    if (!entry.judged_by.empty()) return;
+    s.fail("judged_by", fmt::format("no case judges '{}'", entry.id),
+           fmt::format("it is a {}, which a run can contradict", entry.kind),
+           "Name the cases, or call it not-decidable and say why in its notes");
+  }
+  if (!entry.judged_by.empty()) {
+    s.fail("judged_by", fmt::format("cases judge '{}', which is not decidable", entry.id),
+           "nothing that a run measures could contradict it", "Choose another kind, or remove the cases");
+  }
+  if (entry.notes.empty()) {
+    s.fail("kind", fmt::format("'{}' is not decidable without a reason", entry.id),
+           "a reader must see why no run judges it", "Say in its notes what is missing");
+  }
+}
+
 }  // namespace
+
+const std::vector<std::string>& claim_kinds() {
+  static const std::vector<std::string> kinds{"published-number", "published-relation", "reading",
+                                              not_decidable};
+  return kinds;
+}
 
 Ledger read_ledger(const fs::path& reference_folder) {
   const fs::path path = reference_folder / "claims" / "wu-qi-2014.toml";
@@ -55,13 +130,19 @@ Ledger read_ledger(const io::Section& top) {
   top.integer("schema", 1, 1);
   Ledger ledger{top.text("citation"), top.place("citation"), {}};
   for (const io::Section& s : top.tables("claim")) {
-    Entry entry{s.text("id"),        s.text("where"),      s.text("states"),    s.text("conditions", ""),
-                s.text("notes", ""), s.texts("judged_by"), s.place("judged_by")};
+    Entry entry{s.text("id"),         s.text("where"),          s.choice("kind", claim_kinds()),
+                s.text("states"),     s.text("conditions", ""), s.text("notes", ""),
+                s.texts("judged_by"), s.place("judged_by")};
+    check_kind(s, entry);
     for (const Entry& other : ledger.entries) {
       if (other.id == entry.id) {
         s.fail("id", fmt::format("claim '{}' stands here twice", entry.id), "checks cite claims by their ids",
                "Rename one or join them");
       }
+    }
+    if (entry.id.find_first_of(" \t\n") != std::string::npos) {
+      s.fail("id", fmt::format("the id '{}' has a space", entry.id), "results list ids with spaces between",
+             "Use hyphens");
     }
     ledger.entries.push_back(std::move(entry));
   }
@@ -81,25 +162,11 @@ const Entry& find_entry(const Ledger& ledger, const std::string& id, const Place
                    near.empty() ? "See veriflex claims" : fmt::format("Did you mean '{}'?", near));
 }
 
-std::vector<std::vector<Judgement>> judgements(const Ledger& ledger, const fs::path& results,
-                                               std::vector<std::string>& problems) {
-  std::vector<fs::path> files;
-  std::error_code missing;
-  for (const fs::directory_entry& entry : fs::directory_iterator(results, missing)) {
-    if (entry.path().extension() == ".h5") files.push_back(entry.path());
-  }
-  std::sort(files.begin(), files.end());
-  std::vector<CitedChecks> cases;
-  for (const fs::path& file : files) {
-    try {
-      cases.push_back(read_checks(file));
-    } catch (const InputError& error) {
-      problems.emplace_back(error.what());
-    }
-  }
-  std::vector<std::vector<Judgement>> all;
+Judged judge_ledger(const Ledger& ledger, const std::vector<fs::path>& results) {
+  Judged judged;
+  const std::vector<CitedChecks> cases = read_results(results, judged);
   for (const Entry& entry : ledger.entries) {
-    std::vector<Judgement>& found = all.emplace_back();
+    std::vector<Judgement>& found = judged.entries.emplace_back();
     for (const CitedChecks& c : cases) {
       for (const auto& [claim, judgement] : c.checks) {
         if (claim == entry.id) found.push_back(judgement);
@@ -111,10 +178,36 @@ std::vector<std::vector<Judgement>> judgements(const Ledger& ledger, const fs::p
       const auto run =
           std::find_if(cases.begin(), cases.end(), [&](const CitedChecks& c) { return c.case_id == id; });
       const bool failed = run != cases.end() && run->verdict == "error";
-      found.push_back({id, failed ? "error" : "not run", "", "", 0.0, 0.0});
+      found.push_back({id, failed ? "error" : "not run", "", "", "", 0.0, 0.0, 0.0, false});
     }
   }
+  return judged;
+}
+
+std::string standing(const Entry& entry, const std::vector<Judgement>& judgements) {
+  if (entry.kind == not_decidable) return "not decidable";
+  const auto any = [&](const char* verdict) {
+    return std::any_of(judgements.begin(), judgements.end(),
+                       [&](const Judgement& j) { return j.verdict == verdict; });
+  };
+  if (any("fail") || any("error")) return "unsettled";
+  if (any("pass") && any("finding")) return "refuted in part";
+  if (any("finding")) return "refuted";
+  return any("pass") ? "holds" : "not run";
+}
+
+const std::vector<std::string>& standings() {
+  static const std::vector<std::string> all{"holds",         "refuted in part", "refuted",
+                                            "not decidable", "not run",         "unsettled"};
   return all;
+}
+
+std::map<std::string, int> count_standings(const Ledger& ledger, const Judged& judged) {
+  std::map<std::string, int> counts;
+  for (const std::string& one : standings()) counts[one] = 0;
+  for (std::size_t i = 0; i < ledger.entries.size(); ++i)
+    ++counts[standing(ledger.entries[i], judged.entries[i])];
+  return counts;
 }
 
 }  // namespace veriflex::engine

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <string>
 #include <vector>
 
@@ -11,13 +12,20 @@
 
 namespace veriflex::engine {
 
+/// Kinds of statement: `published-number`, `published-relation`, `reading` (a number that we read into a
+/// sentence without one), and what no run could contradict: a definition, a choice, a sketch, history, words
+/// without a number. That says so in its notes, and no case judges it.
+const std::vector<std::string>& claim_kinds();
+inline const std::string not_decidable = "not-decidable";
+
 struct Entry {
   std::string id;
   std::string where;                   // in the paper
+  std::string kind;                    // one of claim_kinds()
   std::string states;                  // what is stated there
   std::string conditions;              // under which; empty if none are given
-  std::string notes;                   // errata, and what is not known
-  std::vector<std::string> judged_by;  // ids of cases; none: not yet judged
+  std::string notes;                   // errata, and why it is not decidable
+  std::vector<std::string> judged_by;  // ids of cases; none if and only if it is not decidable
   Place judged_by_at;
 };
 
@@ -30,7 +38,8 @@ struct Ledger {
 /// The ledger `claims/wu-qi-2014.toml` of a reference folder. Throws InputError.
 Ledger read_ledger(const std::filesystem::path& reference_folder);
 
-/// The same of a document. Throws InputError: also for an id that stands there twice.
+/// The same of a document. Throws InputError: also for an id that stands there twice, for an entry that could
+/// be judged and names no case, and for one that is not decidable and names some or does not say why.
 Ledger read_ledger(const io::Section& top);
 
 /// The entry of that id. Throws InputError at `asked_at`, with the nearest id suggested.
@@ -40,13 +49,32 @@ const Entry& find_entry(const Ledger& ledger, const std::string& id, const Place
 struct Judgement {
   std::string case_id;
   std::string verdict;  // of the check: pass, fail or finding; "error" or "not run" of the case
-  std::string metric, statement;
-  double measured, target;
+  std::string metric, statement, kind;
+  double measured, target, tolerance;
+  bool outside;  // the statement holds beyond the tolerance of the target
 };
 
-/// Per entry, what the result files of `results` say, the cases in the order of their ids. Cases of
-/// `judged_by` without a result file are "not run". A file that cannot be read adds a message to `problems`.
-std::vector<std::vector<Judgement>> judgements(const Ledger& ledger, const std::filesystem::path& results,
-                                               std::vector<std::string>& problems);
+/// What result files say about the ledger.
+struct Judged {
+  std::vector<std::vector<Judgement>> entries;  // one list per entry, the cases in the order of their ids
+  std::vector<std::string> unreadable;          // a message per file that cannot be read
+  std::vector<std::string> left_out;            // a message per file that does not count
+};
+
+/// Of all result files of the folders. Cases of `judged_by` without a result are "not run". Of a case that
+/// stands in several folders the newest result counts; runs with overrides never do. Throws InputError for a
+/// folder that does not exist.
+Judged judge_ledger(const Ledger& ledger, const std::vector<std::filesystem::path>& results);
+
+/// Where an entry stands after its checks: "holds", "refuted", "refuted in part" (some checks hold, some
+/// refute it), "not decidable", "not run", or "unsettled" when a case that judges it failed or ended in an
+/// error.
+std::string standing(const Entry& entry, const std::vector<Judgement>& judgements);
+
+/// All standings, in the order in which they are counted.
+const std::vector<std::string>& standings();
+
+/// How many entries stand how; every standing is a key.
+std::map<std::string, int> count_standings(const Ledger& ledger, const Judged& judged);
 
 }  // namespace veriflex::engine

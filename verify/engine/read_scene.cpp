@@ -99,6 +99,18 @@ scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, dou
   return {.shape = solid::Block{read_nodes(table, shape), spacing}, .angle_stiffness = angle_stiffness};
 }
 
+scene::SolidSpec read_solid_at_rest(const io::Section& top, const bond::AnyLaw& law, double rest_length) {
+  const scene::SolidSpec solid = read_solid(top, law, rest_length);
+  const double spacing = std::visit([](const auto& shape) { return shape.spacing; }, solid.shape);
+  if (spacing != rest_length) {
+    top.table("solid").fail(
+        "spacing", fmt::format("'spacing' is {}", spacing),
+        fmt::format("the theory is that of a body at rest, and the rest length is {}", rest_length),
+        "Leave it out");
+  }
+  return solid;
+}
+
 Vec3 read_vector(const io::Section& table, const std::string& key) {
   const std::vector<double> v = table.numbers(key);
   if (v.size() != 3) {
@@ -146,11 +158,13 @@ std::vector<std::int64_t> read_voxels(const io::Section& fluid, const fluid::Spe
   } catch (const BadParameter& bad) {
     fluid.fail("nodes", bad.problem, bad.why, bad.suggestion);
   }
-  std::vector<std::int64_t> nodes = fluid::voxels(spec.grid, shape);
+  std::vector<std::int64_t> nodes = fluid::voxels(spec.grid, shape, fluid::closed(spec));
   if (nodes.empty() || static_cast<std::int64_t>(nodes.size()) == spec.grid.count()) {
     fluid.table("obstacle")
         .fail("radius", fmt::format("the obstacle covers {} nodes", nodes.empty() ? "no" : "all"),
-              "it stops the fluid at some nodes of the box", "Change its radius or centre");
+              nodes.empty() ? "its centre may lie beyond a wall, or its radius be below the lattice's spacing"
+                            : "it stops the fluid at some nodes of the box only",
+              "Change its radius or centre");
   }
   return nodes;
 }

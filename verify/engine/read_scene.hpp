@@ -20,6 +20,9 @@ bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law
 /// [angle]: `stiffness` k_a; without that table there are no angles. The law must be defined at the spacing.
 scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, double rest_length);
 
+/// The same for drivers whose theory holds for a body at rest: refuses another spacing than the rest length.
+scene::SolidSpec read_solid_at_rest(const io::Section& top, const bond::AnyLaw& law, double rest_length);
+
 /// [angle] alone: k_a, 0 when the table is absent  [M L^2 T^-2].
 double read_angle_stiffness(const io::Section& top);
 

@@ -41,6 +41,15 @@ const std::vector<std::string>& reference_kinds() {
   return kinds;
 }
 
+const std::vector<std::string>& target_kinds() {
+  static const std::vector<std::string> kinds = [] {
+    std::vector<std::string> all = reference_kinds();
+    all.emplace_back("reading");
+    return all;
+  }();
+  return kinds;
+}
+
 Reference read_reference(const fs::path& path) {
   return read_reference(io::parse_document(io::read_file(path), path.string()), path);
 }

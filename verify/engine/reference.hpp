@@ -42,6 +42,10 @@ struct Reference {
 
 const std::vector<std::string>& reference_kinds();
 
+/// What a target stated by a case may be beside that: `reading`, a number that the case reads into words
+/// without one.
+const std::vector<std::string>& target_kinds();
+
 /// Reads `<id>.toml` and its data file. Throws InputError, also when the data do not match their checksum.
 Reference read_reference(const std::filesystem::path& path);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/utsname.h>
 
 #include <algorithm>
@@ -130,6 +131,8 @@ void write_checks(io::Hdf5Image& file, const Result& r) {
   table.column("error", r.outcomes, [](const Outcome& o) { return o.error; });
   table.column("margin", r.outcomes, [](const Outcome& o) { return o.margin; });
   table.column("verdict", r.outcomes, [](const Outcome& o) { return to_string(o.verdict); });
+  table.column("holds", r.outcomes,
+               [](const Outcome& o) { return std::string(o.outside ? "outside" : "within"); });
   // A run that ended in an error has no outcomes, and no row may be without one.
   const std::vector<Check> checks = r.outcomes.empty() ? std::vector<Check>{} : r.c.checks;
   table.column("question", checks,
@@ -141,7 +144,7 @@ void write_checks(io::Hdf5Image& file, const Result& r) {
                [&](const Check& c) { return c.reference ? r.c.references[*c.reference].id : std::string(); });
   table.column("kind", checks, [](const Check& c) { return c.kind; });
   table.column("source", checks, [](const Check& c) { return c.source; });
-  table.column("claim", checks, [](const Check& c) { return c.claim; });
+  table.column("claim", checks, [](const Check& c) { return fmt::format("{}", fmt::join(c.claims, " ")); });
 }
 
 void write_references(io::Hdf5Image& file, const Case& c) {

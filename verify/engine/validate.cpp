@@ -132,7 +132,9 @@ void check_ledger(const std::vector<Case>& cases, const fs::path& reference_fold
   const Ledger ledger = read_ledger(reference_folder);
   check_citation(ledger.citation, ledger.citation_at, bibliography_keys(reference_folder), problems);
   const auto cites = [](const Case& c, const Entry& entry) {
-    return std::any_of(c.checks.begin(), c.checks.end(), [&](const Check& k) { return k.claim == entry.id; });
+    return std::any_of(c.checks.begin(), c.checks.end(), [&](const Check& k) {
+      return std::find(k.claims.begin(), k.claims.end(), entry.id) != k.claims.end();
+    });
   };
   for (const Entry& entry : ledger.entries) {
     for (const std::string& id : entry.judged_by) {

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/reduce.hpp"
+
 namespace veriflex::engine {
 
 namespace {
@@ -34,11 +36,14 @@ double largest_curve_error(const Check& check, const Reference& reference,
           fmt::format("the run did not measure {} at {} = {}, where reference '{}' has a point",
                       check.measure, check.curve->x, x_wanted[i], reference.id));
     }
+    if (std::find(at + 1, x->values.end(), x_wanted[i]) != x->values.end()) {
+      throw NumericalFailure(
+          fmt::format("the run measured {} more than once at {} = {}: the curve is not one", check.measure,
+                      check.curve->x, x_wanted[i]));
+    }
     const double measured = y->values[static_cast<std::size_t>(at - x->values.begin())];
     const double scale = std::max(std::abs(y_wanted[i]), check.tolerance.floor);
-    const double error = std::abs(measured - y_wanted[i]) / scale;
-    if (!(error <= largest)) largest = error;  // keeps a NaN
-    if (std::isnan(largest)) return largest;
+    largest = worse(largest, relative_to(measured - y_wanted[i], scale));
   }
   return largest;
 }
@@ -67,6 +72,11 @@ std::string to_string(Verdict verdict) {
   return "error";
 }
 
+std::string required(const Outcome& outcome) {
+  return fmt::format(fmt::runtime(outcome.outside ? "beyond {:.10g} +- {:.3g}" : "{:.10g} within {:.3g}"),
+                     outcome.target, outcome.tolerance);
+}
+
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen) {
   Outcome outcome{};
   outcome.measure = check.measure;
@@ -77,6 +87,7 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
   outcome.target = check.target;
   const bool of_target = check.tolerance.relative && !check.curve;
   outcome.tolerance = check.tolerance.value * (of_target ? std::abs(check.target) : 1.0);
+  outcome.outside = check.outside;
   outcome.error = std::abs(outcome.measured - outcome.target);
   const double margin = outcome.error / outcome.tolerance;
   outcome.margin = check.outside ? 1.0 / margin : margin;

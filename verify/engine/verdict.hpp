@@ -21,11 +21,15 @@ struct Outcome {
   double measured;
   double target;
   double tolerance;  // absolute
+  bool outside;      // the statement holds beyond the tolerance of the target, not within it
   double error;      // |measured - target|
   double
       margin;  // error / tolerance, or its inverse for holds = "outside": at most 1 where the statement holds
   Verdict verdict;
 };
+
+/// What the measured number had to be, in words: "1021.19 within 1e-06", "beyond 1 +- 0.1".
+std::string required(const Outcome& outcome);
 
 /// Judges one check of the case. Throws NumericalFailure when the observations lack what it asks for or hold
 /// a NaN there.

@@ -157,6 +157,38 @@ TEST_CASE("The paper's filament, calibrated: sigma, eta and k_a for E = 0.26, nu
   CHECK(c.angle_stiffness == Approx(0.025).epsilon(1e-15));
 }
 
+TEST_CASE("Differences of the tension agree with U'' however near a kink or a limit stands") {
+  // A rest length just below R0, one just below the cut-off, a law that is defined in a millionth of its
+  // length.
+  const AnyLaw near_limits[]{fene_lj(1.0, 1.0, {}, 0.5), fene_lj(1.0, 1.0, 1e-3),
+                             ShiftedFene{100.0, 1.0, 1e-6}, fene_lj(1.0, 1.0)};
+  for (const AnyLaw& law : near_limits) {
+    const Derivation d = derive(law);
+    INFO(name_of(law) << " at rest at " << d.rest_length << ", smooth over " << d.smooth_radius);
+    CHECK(std::abs(d.stiffness_by_differences.value / d.stiffness - 1.0) < 1e-4);
+  }
+  CHECK(derive(fene_lj(1.0, 1.0)).smooth_radius ==
+        Approx(1.122462048309373 - 0.960897198959255).epsilon(1e-12));
+  CHECK(derive(Harmonic{0.26, 2.0}).smooth_radius == 2.0);
+  // Where only a few doubles lie between rest and limit there is no difference to take.
+  CHECK(std::isnan(derive(fene_lj(1.0, 1.0, {}, 0.1)).stiffness_by_differences.value));
+}
+
+TEST_CASE("A calibration that leaves double precision is refused, not rounded to nothing") {
+  const auto refused = [](double young, double spacing) -> std::string {
+    try {
+      calibrate(fene_lj(1.0, 1.0), young, spacing, 0.3);
+    } catch (const BadParameter& bad) {
+      return bad.parameter;
+    }
+    return "";
+  };
+  CHECK(refused(2e11, 1e-110) == "spacing");
+  CHECK(refused(1e-300, 1e-5) == "spacing");
+  CHECK(refused(1e300, 1e10) == "spacing");
+  CHECK(refused(2e11, 1e-90).empty());
+}
+
 TEST_CASE("Validity ranges: every strain inside keeps the tolerance, the next outside does not") {
   for (const AnyLaw& law : examples()) {
     const Derivation d = derive(law);

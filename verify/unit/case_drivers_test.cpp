@@ -1,4 +1,6 @@
 // What the drivers of beams, bars and motion refuse, and what they measure where the answer is known by hand.
+#include <fmt/format.h>
+
 #include <cmath>
 #include <numbers>
 
@@ -22,14 +24,25 @@ void refuses(Read read, const std::string& text, const std::string& message) {
   CHECK_THROWS_WITH(read(io::parse_document(text, "bad.toml")), ContainsSubstring(message));
 }
 
-double measured(Read read, const std::string& text, const std::string& metric) {
+observe::Observations seen_by(Read read, const std::string& text) {
   const engine::Study study = read(io::parse_document(text, "case.toml"));
   Progress progress("test");
   engine::Cost cost;
   observe::Observations seen;
   study.run(seen, progress, cost);
+  return seen;
+}
+
+double measured(Read read, const std::string& text, const std::string& metric) {
+  const observe::Observations seen = seen_by(read, text);
   REQUIRE(seen.metric(metric) != nullptr);
   return seen.metric(metric)->value;
+}
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  REQUIRE(at != std::string::npos);
+  return text.replace(at, from.size(), to);
 }
 
 }  // namespace
@@ -76,6 +89,163 @@ TEST_CASE(
   for (const auto& [text, k_a] : {std::pair(std::string("0.025"), 0.025), {std::string("0.0125"), 0.0125}}) {
     CHECK(strain(text) == Approx(0.5 * (1.0 - std::sqrt(1.0 - 4.0 * quarter * k_a))).epsilon(1e-9));
   }
+}
+
+TEST_CASE("Theories of a body at rest refuse another spacing than the rest length") {
+  const std::string stretched = chain + "spacing = 1.05\n";
+  const std::string message =
+      "'spacing' is 1.05 (the theory is that of a body at rest, and the rest length is 1)";
+  refuses(drivers::read_beam, harmonic + angles + stretched + "[beam]\nlengths = [10, 20]\nclamped = 2",
+          message);
+  refuses(drivers::read_buckling, harmonic + angles + stretched + "[buckling]\nlengths = [8, 16]", message);
+  refuses(drivers::read_elastica,
+          harmonic + angles + stretched + "[elastica]\nclamped = 2\nlengths = [10, 20]\nloads = [1]",
+          message);
+  refuses(drivers::read_shear, harmonic + angles + wide + "spacing = 1.05\n[shear]\nwidths = [3, 6]",
+          message);
+  refuses(drivers::read_motion,
+          harmonic + stretched + "[motion]\nnoise = 0.01\nspeed = 0.01\nduration = 1\nsteps = [1, 2]",
+          message);
+  refuses(drivers::read_oscillation,
+          harmonic + "[solid]\nshape = \"pair\"\nspacing = 1.05\n" +
+              "[oscillation]\nstrain = 0.1\nperiods = 3\nsteps_per_period = [100, 200]",
+          message);
+  refuses(drivers::read_stability,
+          harmonic + stretched +
+              "[stability]\namplitudes = [0.1]\nseeds = 1\nsteps = 10\ngrowth = 5\nresolution = 0.01",
+          "a free body would swing by itself");
+}
+
+TEST_CASE("A stretched chain waves like a string: omega^2 = 4 s^2 (4 k_a s^2 + T r0)/r0^2") {
+  const std::string law = "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 100.0\nrest_length = 1.0\n";
+  const std::string study =
+      law + "[angle]\nstiffness = 1.0\n[solid]\nshape = \"chain\"\nnodes = 21\nspacing = 1.01\n" +
+      "[waves]\npolarisation = \"transverse\"\nmodes = [1, 2]\namplitude = 1e-6\nstep_over_limit = "
+      "0.3\nperiods = 3\n";
+  CHECK(seen_by(drivers::read_waves, study).record("standing_waves")->find("omega_lattice")->values[0] ==
+        Approx(0.158031).margin(1e-6));
+  CHECK(measured(drivers::read_waves, study, "frequency_error") < 1e-5);
+  // Compressed beyond what its angles hold, it gives way instead.
+  CHECK_THROWS_WITH(measured(drivers::read_waves, replaced(study, "1.01", "0.95"), "frequency_error"),
+                    ContainsSubstring("mode 1 does not swing"));
+}
+
+TEST_CASE("A time step beyond the linear limit is refused by its name") {
+  const std::string study =
+      harmonic + chain + "[motion]\nnoise = 0.01\nspeed = 0.01\nduration = 2000\nsteps = [400, 800]";
+  CHECK_THROWS_WITH(measured(drivers::read_motion, study, "energy_error"),
+                    ContainsSubstring("leap-frog is unstable: the time step 5 is"));
+  CHECK_THROWS_WITH(
+      measured(drivers::read_invariance,
+               harmonic + chain + "[invariance]\nnoise = 0.01\ntranslation = 1\ntime_step = 5\nsteps = 10",
+               "scaling_error"),
+      ContainsSubstring("leap-frog is unstable"));
+}
+
+namespace {
+
+std::string pair_of(const std::string& bond, double strain) {
+  return bond + "[solid]\nshape = \"pair\"\n[oscillation]\nstrain = " + fmt::format("{:.17g}", strain) +
+         "\nperiods = 3\nsteps_per_period = [100, 200]";
+}
+
+double over_harmonic(const std::string& bond, double strain) {
+  return measured(drivers::read_oscillation, pair_of(bond, strain), "period_over_harmonic");
+}
+
+}  // namespace
+
+TEST_CASE("The exact period of a pair keeps its digits at any strain, across kinks and near limits") {
+  const std::string fene = "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n";
+  const std::string shifted = "[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 100.0\nrest_length = 1.0\n";
+  CHECK(over_harmonic(fene, 1e-4) == Approx(1.0000000464).epsilon(1e-10));
+  CHECK(over_harmonic(fene, 1e-3) == Approx(1.00000462353).epsilon(1e-11));
+  for (const double strain : {1e-9, 1e-6, -1e-6, 0.3, -0.9})
+    CHECK(std::abs(over_harmonic(harmonic, strain) - 1.0) < 1e-12);
+  // The law is even about its rest length.
+  for (const double strain : {0.1, 0.474})
+    CHECK(over_harmonic(shifted, strain) == Approx(over_harmonic(shifted, -strain)).epsilon(1e-12));
+  // Between the ends of one motion: let go at either end the period is the same, and it passes the cut-off.
+  CHECK(over_harmonic(fene, 0.3) > 1.05);
+}
+
+TEST_CASE("A pair that does not come back has no period") {
+  refuses(drivers::read_oscillation, pair_of(harmonic, 1.0),
+          "a pair let go at a strain of 1 does not come back");
+  refuses(
+      drivers::read_oscillation,
+      pair_of("[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 100.0\nrest_length = 1.0\nextension = 2.0\n",
+              1.0),
+      "does not come back");
+  CHECK(over_harmonic(harmonic, 0.999) == Approx(1.0).epsilon(1e-12));
+  refuses(drivers::read_oscillation,
+          harmonic + chain + "[oscillation]\nstrain = 0.35\nperiods = 3\nsteps_per_period = [100, 200]",
+          "the middle ones would be pressed to no length");
+  refuses(drivers::read_oscillation,
+          "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 1e-30\nrest_length = 1.0\n[solid]\nshape = \"pair\"\n"
+          "[oscillation]\nstrain = 0.1\nperiods = 3\nsteps_per_period = [100, 200]\nsubsteps = [1, 2]",
+          "steps are the limit");
+}
+
+TEST_CASE("A stiff column buckles at a large strain, or never") {
+  const auto column = [](const std::string& bond, const std::string& stiffness) {
+    return bond + "[angle]\nstiffness = " + stiffness +
+           "\n[solid]\nshape = \"chain\"\nnodes = 5\n[buckling]\nlengths = [4, 8]";
+  };
+  // e (1 - e) = 4 sin^2(pi/8) k_a/k.
+  CHECK(measured(drivers::read_buckling, column(harmonic, "0.108"), "largest_strain") ==
+        Approx(0.41830957272223324).epsilon(1e-9));
+  CHECK_THROWS_WITH(measured(drivers::read_buckling, column(harmonic, "0.112"), "largest_strain"),
+                    ContainsSubstring("the column of 4 spacings never buckles"));
+  // That of harmonic bonds beside it may be absent.
+  const auto seen =
+      seen_by(drivers::read_buckling,
+              column("[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 0.26\nrest_length = 1.0\n", "0.15"));
+  CHECK(seen.metric("largest_strain")->value == Approx(0.30519).margin(1e-5));
+  CHECK(seen.metric("engesser_error")->value < 1e-6);
+  CHECK(seen.metric("over_harmonic") == nullptr);
+  CHECK(std::isnan(seen.record("buckling")->find("over_harmonic")->values.front()));
+}
+
+TEST_CASE("Elastic constants are those at rest however narrow the law is") {
+  const std::string narrow =
+      "[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 0.26\nrest_length = 1.0\nextension = 1e-5\n";
+  CHECK(measured(drivers::read_elasticity, narrow, "c11") == Approx(0.26).epsilon(1e-4));
+}
+
+TEST_CASE("A run that ends early keeps the rows before") {
+  // Three noises: the last takes bonds out of the law at once.
+  const std::string study =
+      "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n[solid]\nshape = \"chain\"\nnodes = 4\n"
+      "[stability]\namplitudes = [0.01, 0.02, 2.0]\nseeds = 2\nsteps = 100\ngrowth = 5\nresolution = 0.05";
+  const engine::Study stability = drivers::read_stability(io::parse_document(study, "case.toml"));
+  Progress progress("test");
+  engine::Cost cost;
+  observe::Observations seen;
+  CHECK_THROWS_WITH(stability.run(seen, progress, cost), ContainsSubstring("noise of 2 fails already"));
+  REQUIRE(seen.record("boundary") != nullptr);
+  CHECK(seen.record("boundary")->find("amplitude")->values == std::vector<double>{0.01, 0.02});
+}
+
+TEST_CASE("Numbers without sense in the keys of these drivers are refused, not run") {
+  refuses(drivers::read_beam,
+          harmonic + angles + chain + "[beam]\nlengths = [9223372036854775807]\nclamped = 2", "above 100000");
+  refuses(drivers::read_beam,
+          harmonic + angles + chain + "[beam]\nlengths = [3]\nclamped = 1\nfrequencies = 9",
+          "'frequencies' is 9");
+  const std::string waves = "[waves]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\nperiods = 2\n";
+  refuses(drivers::read_waves, harmonic + chain + waves + "amplitude = 1e-308\nstep_over_limit = 0.5",
+          "'amplitude' is 1e-308");
+  refuses(drivers::read_waves, harmonic + chain + waves + "amplitude = 1e-6\nstep_over_limit = 1e-308",
+          "'step_over_limit' is 1e-308");
+  refuses(drivers::read_oscillation,
+          harmonic + "[solid]\nshape = \"pair\"\n[oscillation]\nstrain = 0.1\nperiods = 3\n" +
+              "steps_per_period = [100, 9223372036854775807]",
+          "outside 4 to 1000000");
+  refuses(drivers::read_stability,
+          harmonic + chain +
+              "[stability]\namplitudes = [0.1]\nseeds = 1\nsteps = 10\ngrowth = 5\nresolution = 1e308",
+          "'resolution' is 1e+308");
 }
 
 TEST_CASE("A 2 x 2 bar twists with J = r0^4: four bonds at half a spacing from the axis") {

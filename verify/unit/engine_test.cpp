@@ -134,6 +134,19 @@ TEST_CASE("A curve is judged by its largest error at the reference's points") {
   CHECK_THROWS_AS(judged_curve({1.0, 2.0}, {10.0, not_a_number}), NumericalFailure);
   CHECK_THROWS_AS(judged_curve({1.0, 2.0}, {not_a_number, 0.0}), NumericalFailure);
   CHECK_THROWS_AS(judge(curve_case().checks.front(), curve_case(), {}), NumericalFailure);  // no record
+  // Which of two values at one point would be meant is not known.
+  CHECK_THROWS_WITH(judged_curve({1.0, 2.0, 1.0}, {10.0, 0.0, 11.0}), ContainsSubstring("more than once"));
+}
+
+TEST_CASE("Nothing measured where nothing is expected is no error, even without a floor") {
+  Case c = curve_case();
+  c.checks.front().tolerance.floor = 0.0;
+  c.references.front().columns[1].values = {10.0, 0.0};
+  observe::Observations seen;
+  seen.records.push_back({"bend", "", {{"x", "", "1", "", {1.0, 2.0}}, {"y", "", "1", "", {10.0, 0.0}}}});
+  CHECK(judge(c.checks.front(), c, seen).error == 0.0);
+  seen.records.front().columns[1].values[1] = 1e-30;
+  CHECK_THROWS_AS(judge(c.checks.front(), c, seen), NumericalFailure);  // endlessly far off
 }
 
 TEST_CASE("A case fails when a check fails, and findings are no failures") {
@@ -218,7 +231,11 @@ TEST_CASE("CSV: comments, spaces and line ends of both kinds") {
   CHECK(columns[1].name == "y");
   CHECK(columns[0].values == std::vector<double>{1.0, 3.0});
   CHECK(columns[1].values == std::vector<double>{-2.5e-3, 4.0});
-  for (const std::string bad : {"x\n0x10\n", "x\n1 2\n", "x\n+1\n", "x\ninf\n", "x\n1;2\n"}) {
+  const auto marked = io::parse_csv("\xEF\xBB\xBFx,y\n+1,+2.5e+3\n", "t.csv");  // as spreadsheets write it
+  CHECK(marked[0].name == "x");
+  CHECK(marked[0].values == std::vector<double>{1.0});
+  CHECK(marked[1].values == std::vector<double>{2500.0});
+  for (const std::string bad : {"x\n0x10\n", "x\n1 2\n", "x\n+-1\n", "x\n+\n", "x\ninf\n", "x\n1;2\n"}) {
     CHECK_THROWS_AS(io::parse_csv(bad, "t.csv"), InputError);
   }
 }
@@ -399,21 +416,52 @@ TEST_CASE("accept refuses a case that does not pass, and leaves the earlier base
 TEST_CASE("The ledger shows what result files say, and what no case judges") {
   const Folder folder;
   REQUIRE(folder.run({"run", "derive-fene-lj", "--out", "results"}).code == 0);
+  folder.write("more/derive-fene-lj.h5", "damaged");
+  const Ran damaged = folder.run({"claims", "--results", "results", "more"});
+  CHECK(damaged.code == 2);
+  CHECK_THAT(damaged.err, ContainsSubstring("derive-fene-lj.h5"));
+  CHECK_THAT(damaged.out, ContainsSubstring("rest-length: holds"));
+  std::filesystem::remove_all(folder.path() / "more");
+  REQUIRE(folder.run({"run", "derive-fene-lj", "derive-fene-lj-as-printed", "--out", "more"}).code == 0);
+  const Ran both = folder.run({"claims", "--results", "results", "more"});
+  CHECK(both.code == 0);
+  CHECK_THAT(both.err, ContainsSubstring("left out"));
+  CHECK_THAT(both.out, ContainsSubstring("fene-potential: refuted in part"));
   const Ran ran = folder.run({"claims", "--json"});
   CHECK(ran.code == 0);
   const Json ledger = Json::parse(ran.out);
   CHECK(ledger["citation"] == "wu-qi-2014");
   std::map<std::string, Json> entries;
-  for (const Json& entry : ledger["claims"]) entries[entry["id"]] = entry["judgements"];
+  std::map<std::string, std::string> standings;
+  int counted = 0;
+  for (const Json& entry : ledger["claims"]) {
+    entries[entry["id"]] = entry["judgements"];
+    standings[entry["id"]] = entry["standing"];
+  }
+  for (const auto& [standing, count] : ledger["counts"].items()) counted += count.get<int>();
+  CHECK(counted == static_cast<int>(entries.size()));
   CHECK(entries.at("rest-length")[0]["verdict"] == "pass");
   CHECK(entries.at("young-modulus").size() == 3);
   CHECK(entries.at("young-modulus")[0]["verdict"] == "finding");
-  CHECK(entries.at("filament-young-modulus")[0]["verdict"] == "not run");
-  CHECK(entries.at("frequency").empty());
-  const Ran text = folder.run({"claims", "--results", "nowhere"});
+  CHECK(entries.at("same-modulus")[0]["verdict"] == "not run");
+  CHECK(entries.at("drive").empty());
+  CHECK(standings.at("rest-length") == "holds");
+  CHECK(standings.at("young-modulus") == "refuted in part");
+  CHECK(standings.at("first-order") == "refuted");
+  CHECK(standings.at("drive") == "not decidable");
+  CHECK(standings.at("same-modulus") == "not run");
+  const Json& far = entries.at("attraction-is-not-stiffness")[0];
+  CHECK(far["holds"] == "outside");
+  CHECK(far["kind"] == "analytic");
+  const Ran text = folder.run({"claims"});
   CHECK(text.code == 0);
-  CHECK_THAT(text.out, ContainsSubstring("not run  derive-fene-lj"));
-  CHECK_THAT(text.out, ContainsSubstring("not yet judged"));
+  CHECK_THAT(text.out, ContainsSubstring("not run  tensile-fene-lj"));
+  CHECK_THAT(text.out, ContainsSubstring("must lie beyond 1 +- 0.1"));
+  CHECK_THAT(text.out, ContainsSubstring("published 942.8515"));
+  CHECK_THAT(text.out, ContainsSubstring("target 0.01"));
+  const Ran nowhere = folder.run({"claims", "--results", "nowhere"});
+  CHECK(nowhere.code == 2);
+  CHECK_THAT(nowhere.err, ContainsSubstring("nowhere: no folder of results (it does not exist)"));
 }
 
 TEST_CASE("validate finds what is wrong between cases, references, ledger and bibliography") {
@@ -423,7 +471,8 @@ TEST_CASE("validate finds what is wrong between cases, references, ledger and bi
   const std::string claim =
       replaced(good_case, "question = \"code\"", "question = \"claim\"\nclaim = \"modulus\"");
   const std::string ledger =
-      "schema = 1\ncitation = \"wu-qi-2014\"\n[[claim]]\nid = \"modulus\"\nwhere = \"Eq. 1\"\nstates = "
+      "schema = 1\ncitation = \"wu-qi-2014\"\n[[claim]]\nid = \"modulus\"\nwhere = \"Eq. 1\"\nkind = "
+      "\"reading\"\nstates = "
       "\"E\"\n"
       "judged_by = [\"bad\"]\n";
   const std::string reference =
@@ -448,10 +497,19 @@ TEST_CASE("validate finds what is wrong between cases, references, ledger and bi
   folder.write("cases/bad.toml", replaced(claim, "wu-qi-2014, Eq. 13", "wu-qi-2041, Eq. 13"));
   CHECK_THAT(problems(), ContainsSubstring("bad.toml:6:11: the bibliography has no 'wu-qi-2041'"));
   folder.write("cases/bad.toml", good_case);
-  CHECK_THAT(problems(), ContainsSubstring("wu-qi-2014.toml:7:13: 'bad' does not judge 'modulus'"));
+  CHECK_THAT(problems(), ContainsSubstring("wu-qi-2014.toml:8:13: 'bad' does not judge 'modulus'"));
   folder.write("cases/bad.toml", claim);
-  folder.write("reference/claims/wu-qi-2014.toml", replaced(ledger, "[\"bad\"]", "[]"));
+  folder.write("reference/claims/wu-qi-2014.toml", replaced(ledger, "[\"bad\"]", "[\"other\"]"));
   CHECK_THAT(problems(), ContainsSubstring("'bad' is missing in judged_by of 'modulus'"));
+  folder.write("reference/claims/wu-qi-2014.toml", replaced(ledger, "[\"bad\"]", "[]"));
+  CHECK_THAT(problems(), ContainsSubstring("no case judges 'modulus'"));
+  const std::string open = replaced(ledger, "\"reading\"", "\"not-decidable\"");
+  folder.write("reference/claims/wu-qi-2014.toml", open);
+  CHECK_THAT(problems(), ContainsSubstring("cases judge 'modulus', which is not decidable"));
+  folder.write("reference/claims/wu-qi-2014.toml", replaced(open, "[\"bad\"]", "[]"));
+  CHECK_THAT(problems(), ContainsSubstring("'modulus' is not decidable without a reason"));
+  folder.write("reference/claims/wu-qi-2014.toml", replaced(open, "[\"bad\"]", "[]\nnotes = \"a choice\""));
+  CHECK_THAT(problems(), ContainsSubstring("the ledger calls 'modulus' not decidable (a choice)"));
   folder.write("reference/claims/wu-qi-2014.toml", ledger + ledger.substr(ledger.find("[[claim]]")));
   CHECK_THAT(problems(), ContainsSubstring("claim 'modulus' stands here twice"));
 }

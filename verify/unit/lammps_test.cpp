@@ -152,7 +152,8 @@ TEST_CASE("The lattice of the peer's bar is ours: same energy of the same displa
 }
 
 TEST_CASE("What is wrong with a data file is said with its place") {
-  CHECK_THAT(message_of(with("4 atoms\n", "")), StartsWith("x.data: the header has no number of atoms"));
+  CHECK_THAT(message_of(with("4 atoms\n", "")),
+             StartsWith("x.data:13:1: the header ends without a number of atoms"));
   CHECK_THAT(message_of(with("4 atoms", "4.5 atoms")), StartsWith("x.data:3:1: '4.5' is not an integer"));
   CHECK_THAT(message_of(with("4 atoms", "5 atoms")),
              StartsWith("x.data:25:1: section 'Atoms' has 4 rows (the header announces 5 atoms)"));
@@ -193,7 +194,43 @@ TEST_CASE("What is wrong with a data file is said with its place") {
   CHECK_THAT(message_of(with("7 1 10 20", "2 1 10 20")), StartsWith("x.data:22:1: bond 2 twice"));
   CHECK_THAT(message_of(with("7 1 10 20", "7 1 10 20 30")),
              StartsWith("x.data:21:1: 5 fields (a row here is 'id type atom atom')"));
-  CHECK_THAT(message_of(""), StartsWith("x.data: the header has no number of atoms"));
+  CHECK_THAT(message_of(""), StartsWith("x.data: the header ends without a number of atoms"));
+}
+
+TEST_CASE("A data file may say more than is needed, as LAMMPS lets it") {
+  const std::string more =
+      with("2 angle types", "2 angle types\n2 extra bond per atom\n4 extra special per atom");
+  CHECK_THAT(message_of(more), StartsWith("no error"));
+  CHECK_THAT(message_of(with("30 1 2 1 1 0", "30 -1 2 +1 +1.0 0")), StartsWith("no error"));
+  CHECK_THAT(message_of(with("30 1 2 1 1 0", "30 -1 2 +-1 1 0")),
+             ContainsSubstring("'+-1' is not a finite number"));
+  const io::LammpsData data = io::parse_lammps_data(
+      with("Velocities",
+           "Bond Coeffs # harmonic\n\n1 50 1.0\n\nAngle Coeffs\n\n1 harmonic 2 90\n2 cosine 1\n\nVelocities"),
+      "x.data");
+  REQUIRE(data.masses.size() == 2);
+  CHECK(data.masses[1].mass == 1.0);
+  REQUIRE(data.bond_coefficients.size() == 1);
+  CHECK(data.bond_coefficients[0].style == "harmonic");
+  CHECK(data.bond_coefficients[0].values == std::vector<double>{50.0, 1.0});
+  REQUIRE(data.angle_coefficients.size() == 2);
+  CHECK(data.angle_coefficients[0].style == "harmonic");
+  CHECK(data.angle_coefficients[1].style == "cosine");
+  CHECK_THAT(message_of(with("1 1.0\n2 1.0", "1 1.0\n2 -1.0")),
+             StartsWith("x.data:17:3: the mass of type 2 is -1"));
+}
+
+TEST_CASE("A header that breaks off is named with the line where it does") {
+  CHECK_THAT(message_of(with("\n4 atoms", "NOTE: changed\n4 atoms")),
+             StartsWith("x.data:2:1: the header ends without a number of atoms"));
+}
+
+TEST_CASE("A bond across the box is refused: without a box it would be another body") {
+  // The side of the square from atom 20 at x = 1 to atom 30, which a periodic box of length 6 has at x = -0.5
+  // + 6.
+  CHECK_THAT(message_of(with("30 1 2 1 1 0", "30 1 2 4.5 1 0")),
+             StartsWith("x.data:22:1: bond 2 reaches over more than half of the box along x"));
+  CHECK_THAT(message_of(with("-1 5 xlo xhi", "5 -1 xlo xhi")), StartsWith("x.data:10:1: the box ends"));
 }
 
 TEST_CASE("What cannot be a network is refused at its row") {

@@ -187,6 +187,39 @@ TEST_CASE("A pair held at a length pulls with the tension of its bond") {
   }
 }
 
+TEST_CASE("Near the limits of a law a bar still pulls as one bond does") {
+  // Within 5 % of a limit, where an uneven start could leave the domain or turn bonds round.
+  for (const auto& [law, strain] : {std::pair{harmonic, -0.96},
+                                    {harmonic, -0.9999},
+                                    {shifted, 0.48},
+                                    {shifted, -0.4999},
+                                    {fene_lj, 0.56},
+                                    {fene_lj, -0.55}}) {
+    for (const Block& bar : {block_of(law, 3, 3, 10), block_of(law, 1, 1, 3)}) {
+      const Pulled p = pull_to_strain(law, bar, true, strain);
+      const double r = bar.spacing * (1.0 + strain);
+      INFO(bond::name_of(law) << " at " << strain);
+      CHECK(p.stress * bar.spacing * bar.spacing == Approx(bond::tension(law, r)).epsilon(1e-9));
+    }
+  }
+  CHECK(pull_to_strain(harmonic, block_of(harmonic, 3, 3, 10), true, -0.96).stress ==
+        Approx(-0.2496).epsilon(1e-9));
+}
+
+TEST_CASE("An equilibrium whose bonds have turned round is refused") {
+  const Network network = cubic_lattice(block_of(harmonic, 1, 1, 3));
+  Positions u = no_load(network);
+  u(1, 2) = 1.5;
+  CHECK_THROWS_WITH(refuse_turned_bonds(network, u),
+                    ContainsSubstring("bond of nodes 1 and 2 has turned round"));
+  u(1, 2) = 0.5;
+  CHECK_NOTHROW(refuse_turned_bonds(network, u));
+}
+
+TEST_CASE("Forces beyond double precision are no equilibrium") {
+  CHECK_THROWS_AS(pull_with_stress(harmonic, {{3, 3, 3}, 1e200}, true, 1e200), NumericalFailure);
+}
+
 TEST_CASE("The stress is the derivative of the stored energy by the length") {
   const Block bar = block_of(fene_lj, 2, 3, 6);
   const Network network = cubic_lattice(bar);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cmath>
+#include <optional>
 
 #include "base/error.hpp"
 #include "drivers/compare/body.hpp"
@@ -35,8 +37,15 @@ void compare_angle(double stiffness, bool straight, const Table& table, Observat
     network.vectors.row(1) = network.rest.row(2) - network.rest.row(1);
     network.angles = {{0, 1, -1, 1, straight}};
     network.spacing = network.vectors.row(0).norm();
-    Positions gradient;
-    energy.push_back(evaluate({slack, stiffness}, network, Positions::Zero(3, 3), gradient));
+    const auto row = static_cast<std::size_t>(i);
+    Positions gradient = Positions::Constant(3, 3, unanswered);
+    try {
+      energy.push_back(evaluate({slack, stiffness}, network, Positions::Zero(3, 3), gradient));
+    } catch (const NumericalFailure& failure) {
+      if (!table.clamped(row)) throw NumericalFailure(fmt::format("row {}: {}", i + 1, failure.what()));
+      energy.push_back(unanswered);
+      gradient.setConstant(unanswered);
+    }
     Largest ours;
     Largest theirs;
     Largest difference;
@@ -50,10 +59,11 @@ void compare_angle(double stiffness, bool straight, const Table& table, Observat
     }
     force.push_back(ours.value);
     peer_force.push_back(theirs.value);
-    off[static_cast<std::size_t>(i)] = difference.value;
+    off[row] = difference.value;
   }
-  const Errors energy_error = relative_errors(minus(energy, table["energy"]), table["energy"], table);
-  const Errors force_error = relative_errors(off, peer_force, table);
+  const Errors energy_error =
+      relative_errors(minus(energy, table["energy"]), table["energy"], table.clamped());
+  const Errors force_error = relative_errors(off, peer_force, table.clamped());
   Record record{
       "angle_table",
       "One angle: this program and its peer",
@@ -65,17 +75,21 @@ void compare_angle(double stiffness, bool straight, const Table& table, Observat
        {"force_error", "", "1", "largest error of a component over the largest component of the table", {}},
        {"energy_error", "", "1", "error over the largest energy of the table", {}},
        {"clamped", "", "1", "1 where the peer does not compute the stated potential", {}}}};
-  Largest clamped_relative;
+  std::optional<double> clamped_relative;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     record.append({table["theta"][i], force[i], peer_force[i], energy[i], table["energy"][i],
                    force_error.by_row[i], energy_error.by_row[i], table.clamped(i) ? 1.0 : 0.0});
-    if (table.clamped(i)) clamped_relative.add(off[i] / force[i]);
+    if (table.clamped(i) && !std::isnan(off[i]))
+      clamped_relative = worse(clamped_relative.value_or(0.0), relative_to(off[i], force[i]));
   }
   seen.records.push_back(record);
   seen.metrics.push_back({"force_error", force_error.largest, "1", of_the_largest});
   seen.metrics.push_back({"energy_error", energy_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"clamped_force_error", clamped_relative.value, "1",
-                          "over the rows left out, relative to each row's own largest component"});
+  if (clamped_relative) {
+    seen.metrics.push_back({"clamped_force_error", *clamped_relative, "1",
+                            "over the rows left out that have an answer, relative to each row's own largest "
+                            "component"});
+  }
   count_rows(table, seen);
 }
 

@@ -2,9 +2,11 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/progress.hpp"
 #include "drivers/compare/table.hpp"
 #include "scene/plan.hpp"
 #include "solid/elastic.hpp"
@@ -17,10 +19,18 @@ struct Body {
   solid::Material material;
   solid::Network network;
   std::map<std::int64_t, Eigen::Index> node_of_id;
+  std::optional<double> node_mass;    // what the data file gives all of its atoms  [M]
+  std::vector<std::string> warnings;  // what the data file says and nobody here uses
+
+  bool has_angles() const { return material.angle_stiffness > 0.0; }
 };
 
-/// `compare.data` with the case's law and angle stiffness. Throws InputError.
+/// `compare.data` with the case's law and angle stiffness. Throws InputError, also where coefficients or
+/// types of bonds and angles in the file contradict the case.
 Body read_body(const io::Section& top, const io::Section& compare);
+
+/// Tells of body.warnings.
+void warn(const Body& body, Progress& progress);
 
 /// The node of each row's `id`, in blocks of one row per node. Throws InputError where the table is not of
 /// that body.

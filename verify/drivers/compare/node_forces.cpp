@@ -14,7 +14,7 @@ using observe::Observations;
 using observe::Record;
 
 struct NodeParts {
-  Positions bond_force, angle_force, force;
+  Positions bond_force, angle_force, force;       // of angles: empty where they have no stiffness
   std::vector<double> bond_energy, angle_energy;  // half of each bond's to its nodes, a third of each angle's
 };
 
@@ -26,10 +26,14 @@ NodeParts node_parts(const Body& body, const Positions& u) {
   Positions gradient;
   evaluate({law, 0.0}, network, u, gradient);
   parts.bond_force = -gradient;
-  evaluate({slack, angle_stiffness}, network, u, gradient);
-  parts.angle_force = -gradient;
-  evaluate(body.material, network, u, gradient);
-  parts.force = -gradient;
+  if (!body.has_angles()) {
+    parts.force = parts.bond_force;
+  } else {
+    evaluate({slack, angle_stiffness}, network, u, gradient);
+    parts.angle_force = -gradient;
+    evaluate(body.material, network, u, gradient);
+    parts.force = -gradient;
+  }
 
   const auto deformed = [&](std::int32_t b) -> Vec3 {
     const solid::Bond& bond = network.bonds[static_cast<std::size_t>(b)];
@@ -40,7 +44,7 @@ NodeParts node_parts(const Body& body, const Positions& u) {
     parts.bond_energy[static_cast<std::size_t>(network.bonds[b].first)] += share;
     parts.bond_energy[static_cast<std::size_t>(network.bonds[b].second)] += share;
   }
-  for (const solid::Angle& t : network.angles) {
+  for (const solid::Angle& t : body.has_angles() ? network.angles : std::vector<solid::Angle>{}) {
     const solid::Bond& a = network.bonds[static_cast<std::size_t>(t.bond_a)];
     const solid::Bond& b = network.bonds[static_cast<std::size_t>(t.bond_b)];
     const double deviation =
@@ -63,42 +67,50 @@ void compare_nodes(const Body& body, const Table& table, const std::vector<Eigen
     return by_node(table.vectors(prefix, suffix), node_of_row, 0, nodes);
   };
   const NodeParts ours = node_parts(body, peer("", "") - body.network.rest);
+  // Flags stand by row, errors by node.
+  std::vector<bool> clamped(static_cast<std::size_t>(nodes));
+  for (std::size_t row = 0; row < table.rows(); ++row)
+    clamped[static_cast<std::size_t>(node_of_row[row])] = table.clamped(row);
   const auto force_errors = [&](const Positions& mine, const Positions& theirs) {
-    return relative_errors(lengths(mine - theirs), lengths(theirs), table);
+    return relative_errors(lengths(mine - theirs), lengths(theirs), clamped);
+  };
+  const auto energy_errors = [&](const std::vector<double>& mine, const std::string& column) {
+    const std::vector<double> theirs = by_node(table[column], node_of_row);
+    return relative_errors(minus(mine, theirs), theirs, clamped);
   };
   const Positions peer_force = peer("f", "");
-  const Errors bond_error = force_errors(ours.bond_force, peer("f", "_bond"));
-  const Errors angle_error = force_errors(ours.angle_force, peer("f", "_angle"));
-  const Errors force_error = force_errors(ours.force, peer_force);
-  const std::vector<double> peer_bond_energy = by_node(table["e_bond"], node_of_row);
-  const std::vector<double> peer_angle_energy = by_node(table["e_angle"], node_of_row);
-  const Errors bond_energy_error =
-      relative_errors(minus(ours.bond_energy, peer_bond_energy), peer_bond_energy, table);
-  const Errors angle_energy_error =
-      relative_errors(minus(ours.angle_energy, peer_angle_energy), peer_angle_energy, table);
-
+  struct Part {
+    std::string name, meaning;
+    Errors errors;
+  };
+  std::vector<Part> parts{
+      {"force_error", "error of the force vector over the largest force",
+       force_errors(ours.force, peer_force)},
+      {"bond_force_error", "the same of the bonds' part", force_errors(ours.bond_force, peer("f", "_bond"))},
+      {"bond_energy_error", "error of the bonds' energy over the largest",
+       energy_errors(ours.bond_energy, "e_bond")}};
+  if (body.has_angles()) {
+    parts.push_back({"angle_force_error", "the same of the angles' part",
+                     force_errors(ours.angle_force, peer("f", "_angle"))});
+    parts.push_back({"angle_energy_error", "error of the angles' energy over the largest",
+                     energy_errors(ours.angle_energy, "e_angle")});
+  }
   Record record{"node_forces",
                 "Force on each node of the displaced network: this program and its peer",
-                {{"node", "", "1", "number of the node", {}},
+                {{"node", "", "1", "the atom's id in the data file", {}},
                  {"force", "", "M L T^-2", "magnitude of the force", {}},
-                 {"peer_force", "", "M L T^-2", "the same of the peer", {}},
-                 {"force_error", "", "1", "error of the force vector over the largest force", {}},
-                 {"bond_force_error", "", "1", "the same of the bonds' part", {}},
-                 {"angle_force_error", "", "1", "the same of the angles' part", {}},
-                 {"bond_energy_error", "", "1", "error of the bonds' energy over the largest", {}},
-                 {"angle_energy_error", "", "1", "error of the angles' energy over the largest", {}}}};
+                 {"peer_force", "", "M L T^-2", "the same of the peer", {}}}};
+  for (const Part& part : parts) record.columns.push_back({part.name, "", "1", part.meaning, {}});
   for (std::size_t i = 0; i < static_cast<std::size_t>(nodes); ++i) {
-    const auto row = static_cast<Eigen::Index>(i);
-    record.append({static_cast<double>(i), ours.force.row(row).norm(), peer_force.row(row).norm(),
-                   force_error.by_row[i], bond_error.by_row[i], angle_error.by_row[i],
-                   bond_energy_error.by_row[i], angle_energy_error.by_row[i]});
+    const auto node = static_cast<Eigen::Index>(i);
+    std::vector<double> row{static_cast<double>(body.network.id_of(static_cast<std::int32_t>(i))),
+                            ours.force.row(node).norm(), peer_force.row(node).norm()};
+    for (const Part& part : parts) row.push_back(part.errors.by_row[i]);
+    record.append(row);
   }
   seen.records.push_back(record);
-  seen.metrics.push_back({"force_error", force_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"bond_force_error", bond_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"angle_force_error", angle_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"bond_energy_error", bond_energy_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"angle_energy_error", angle_energy_error.largest, "1", of_the_largest});
+  for (const Part& part : parts)
+    seen.metrics.push_back({part.name, part.errors.largest, "1", of_the_largest});
   count_rows(table, seen);
 }
 
@@ -107,21 +119,21 @@ void compare_nodes(const Body& body, const Table& table, const std::vector<Eigen
 engine::Study read_node_forces(const io::Section& top, const io::Section& compare) {
   const Body body = read_body(top, compare);
   const Table table(compare, "table", compare.text("table"));
-  table.need(joined({"id", "e_bond", "e_angle"},
-                    {xyz("", ""), xyz("f", ""), xyz("f", "_bond"), xyz("f", "_angle")}));
+  table.need(joined({"id", "e_bond"}, {xyz("", ""), xyz("f", ""), xyz("f", "_bond")}));
+  if (body.has_angles()) table.need(joined({"e_angle"}, {xyz("f", "_angle")}));
   const std::vector<Eigen::Index> node_of_row = nodes_of_rows(body, table, compare);
   if (static_cast<Eigen::Index>(node_of_row.size()) != body.network.node_count()) {
     compare.fail("table", fmt::format("the table has {} rows", node_of_row.size()),
                  fmt::format("it needs one for each of the {} atoms", body.network.node_count()),
                  "Give one configuration");
   }
-  if (body.material.angle_stiffness == 0.0)
-    throw InputError(top.place(), "the case lacks [angle]", "the table has forces of angles",
-                     "Write [angle] and its stiffness");
+  std::vector<std::string> measures{"force_error", "bond_force_error", "bond_energy_error", "rows",
+                                    "clamped_rows"};
+  if (body.has_angles()) measures.insert(measures.end(), {"angle_force_error", "angle_energy_error"});
   return {.plan = plan_of(body, "", false),
-          .measures = {"force_error", "bond_force_error", "angle_force_error", "bond_energy_error",
-                       "angle_energy_error", "rows", "clamped_rows"},
-          .run = [=](Observations& seen, Progress&, engine::Cost&) {
+          .measures = measures,
+          .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
+            warn(body, progress);
             compare_nodes(body, table, node_of_row, seen);
           }};
 }

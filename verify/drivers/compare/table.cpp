@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
+#include <cmath>
 #include <filesystem>
 
 #include "repository.hpp"
@@ -17,6 +19,28 @@ Table::Table(const io::Section& compare, const std::string& key, const std::stri
     compare.fail(key, fmt::format("reference '{}' has no table", reference_.id),
                  "its rows are what is compared", "Name a reference with [data]");
   }
+  const std::vector<bool> flags = clamped();
+  if (std::find(flags.begin(), flags.end(), false) == flags.end()) {
+    fail(fmt::format("all {} rows of '{}' are flagged as clamped", rows(), reference_.id),
+         "nothing is left to be compared", "Add a row that the other program computes as stated");
+  }
+}
+
+void Table::fail(const std::string& problem, const std::string& why, const std::string& suggestion) const {
+  compare_.fail(key_, problem, why, suggestion);
+}
+
+std::vector<std::int64_t> Table::counts(const std::string& name) const {
+  constexpr double most = 1e15;  // whole numbers up to here are exact
+  std::vector<std::int64_t> all;
+  for (const double value : (*this)[name]) {
+    if (!(value >= 0.0) || value > most || std::floor(value) != value) {
+      fail(fmt::format("the table has a row of {} {}", name, value),
+           fmt::format("it is a whole number from 0 to {}", most), "Mend the table");
+    }
+    all.push_back(static_cast<std::int64_t>(value));
+  }
+  return all;
 }
 
 void Table::need(const std::vector<std::string>& names) const {
@@ -44,6 +68,12 @@ bool Table::clamped(std::size_t row) const {
   return flags != nullptr && (*flags)[row] != 0.0;
 }
 
+std::vector<bool> Table::clamped() const {
+  std::vector<bool> flags;
+  for (std::size_t row = 0; row < rows(); ++row) flags.push_back(clamped(row));
+  return flags;
+}
+
 const std::vector<double>* Table::find(const std::string& name) const {
   for (const io::CsvColumn& column : reference_.columns) {
     if (column.name == name) return &column.values;
@@ -62,20 +92,21 @@ std::vector<std::string> joined(std::vector<std::string> a,
 }
 
 Errors relative_errors(const std::vector<double>& difference, const std::vector<double>& peer,
-                       const Table& table) {
+                       const std::vector<bool>& clamped) {
   Largest scale;
   for (std::size_t i = 0; i < peer.size(); ++i) {
-    if (!table.clamped(i)) scale.add(peer[i]);
+    if (!clamped[i]) scale.add(peer[i]);
   }
-  Largest counted;
-  Largest clamped;
   Errors errors;
   for (std::size_t i = 0; i < peer.size(); ++i) {
-    errors.by_row.push_back(std::abs(difference[i]) / scale.value);
-    (table.clamped(i) ? clamped : counted).add(errors.by_row.back());
+    const double error = relative_to(difference[i], scale.value);
+    errors.by_row.push_back(error);
+    if (!clamped[i]) {
+      errors.largest = worse(errors.largest, error);
+    } else if (!std::isnan(difference[i])) {
+      errors.largest_clamped = worse(errors.largest_clamped.value_or(0.0), error);
+    }
   }
-  errors.largest = counted.value;
-  errors.largest_clamped = clamped.value;
   return errors;
 }
 

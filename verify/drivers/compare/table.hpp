@@ -1,10 +1,13 @@
 /// The table that another program computed, and how far this one is off.
 #pragma once
 
-#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "base/reduce.hpp"
 #include "base/vec.hpp"
 #include "engine/reference.hpp"
 #include "io/document.hpp"
@@ -13,11 +16,12 @@
 namespace veriflex::drivers::compare {
 
 /// The table of a reference, whose columns are asked for by name. A row in which the other program is known
-/// not to compute the stated potential carries `clamped` = 1: it is measured on its own and does not enter
-/// the errors.
+/// not to compute the stated potential carries `clamped` = 1: it does not enter the errors, and need not have
+/// an answer here.
 class Table {
  public:
-  /// The reference `id`, which the case names as `key`. Throws InputError when it has no table.
+  /// The reference `id`, which the case names as `key`. Throws InputError when it has no table, or none of
+  /// its rows is compared.
   Table(const io::Section& compare, const std::string& key, const std::string& id);
 
   /// All columns that a kind needs, or an InputError at the case's key.
@@ -29,7 +33,13 @@ class Table {
   /// Columns `prefix` + x, y, z + `suffix` as vectors.
   Positions vectors(const std::string& prefix, const std::string& suffix) const;
 
+  /// Columns of whole numbers from 0 that count something. Throws InputError at the case's key.
+  std::vector<std::int64_t> counts(const std::string& name) const;
+
   bool clamped(std::size_t row) const;
+  std::vector<bool> clamped() const;  // of all rows
+  [[noreturn]] void fail(const std::string& problem, const std::string& why,
+                         const std::string& suggestion) const;
 
  private:
   const std::vector<double>* find(const std::string& name) const;
@@ -45,24 +55,26 @@ std::vector<std::string> xyz(const std::string& prefix, const std::string& suffi
 std::vector<std::string> joined(std::vector<std::string> names,
                                 const std::vector<std::vector<std::string>>& more);
 
-/// The largest of what was added; a NaN stays.
+/// The largest magnitude of what was added; a NaN stays.
 struct Largest {
   double value = 0.0;
-  void add(double x) {
-    if (!(std::abs(x) <= value)) value = std::abs(x);
-  }
+  void add(double x) { value = worse(value, std::abs(x)); }
 };
 
 /// Errors of one quantity over the rows, relative to the largest magnitude that the peer has in a row that
-/// counts.
+/// counts; 0 where both have nothing.
 struct Errors {
   std::vector<double> by_row;
-  double largest = 0.0;          // over the rows that count
-  double largest_clamped = 0.0;  // over the others
+  double largest = 0.0;                   // over the rows that count
+  std::optional<double> largest_clamped;  // over the others that have an answer here; none without any
 };
 
+/// A row that is flagged as clamped and has no answer here has a difference that is not a number.
 Errors relative_errors(const std::vector<double>& difference, const std::vector<double>& peer,
-                       const Table& table);
+                       const std::vector<bool>& clamped);
+
+/// What stands where a row that is left out has no answer.
+inline constexpr double unanswered = std::numeric_limits<double>::quiet_NaN();
 
 inline constexpr const char* of_the_largest = "largest error over the largest magnitude in the peer's table";
 

@@ -1,0 +1,141 @@
+#include "claims_command.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "engine/ledger.hpp"
+#include "exit_code.hpp"
+#include "repository.hpp"
+
+namespace veriflex {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+using engine::Entry;
+using engine::Judged;
+using engine::Judgement;
+using engine::Ledger;
+
+std::string words(const Judgement& j) {
+  if (j.verdict == "pass") return "holds";
+  if (j.verdict == "finding") return "refuted";
+  return j.verdict;
+}
+
+// "published" stands only over what is printed in a publication.
+std::string word_for_target(const Judgement& j) {
+  return j.kind.starts_with("published-") ? "published" : "target";
+}
+
+void print_judgement(const Judgement& j) {
+  if (j.metric.empty()) {
+    fmt::print("    {:<8} {}\n", words(j), j.case_id);
+    return;
+  }
+  const std::string wanted = j.outside
+                                 ? fmt::format("must lie beyond {:.10g} +- {:.3g}", j.target, j.tolerance)
+                                 : fmt::format("{} {:.10g}", word_for_target(j), j.target);
+  fmt::print("    {:<8} {}: {} measured {:.10g}, {}. {}\n", words(j), j.case_id, j.metric, j.measured, wanted,
+             j.statement);
+}
+
+std::string counts_in_words(const std::map<std::string, int>& counts) {
+  std::vector<std::string> parts;
+  for (const std::string& one : engine::standings()) {
+    if (one == "unsettled" && counts.at(one) == 0) continue;
+    parts.push_back(fmt::format("{} {}", counts.at(one), one == "holds" ? "hold" : one));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void print_ledger(const Ledger& ledger, const Judged& judged) {
+  for (std::size_t i = 0; i < ledger.entries.size(); ++i) {
+    const Entry& entry = ledger.entries[i];
+    fmt::print("{}: {} ({}, {})\n  {}\n", entry.id, engine::standing(entry, judged.entries[i]), entry.where,
+               entry.kind, entry.states);
+    if (!entry.conditions.empty()) fmt::print("  conditions: {}\n", entry.conditions);
+    if (!entry.notes.empty()) fmt::print("  notes: {}\n", entry.notes);
+    for (const Judgement& j : judged.entries[i]) print_judgement(j);
+  }
+  fmt::print("\n{} statements of {}: {}\n", ledger.entries.size(), ledger.citation,
+             counts_in_words(engine::count_standings(ledger, judged)));
+}
+
+Json json_of(const Judgement& j) {
+  Json one{{"case", j.case_id}, {"verdict", j.verdict}};
+  if (!j.metric.empty()) {
+    one.update({{"metric", j.metric},
+                {"statement", j.statement},
+                {"kind", j.kind},
+                {"measured", j.measured},
+                {"target", j.target},
+                {"tolerance", j.tolerance},
+                {"holds", j.outside ? "outside" : "within"}});
+  }
+  return one;
+}
+
+std::string text_of(const Ledger& ledger, const Judged& judged) {
+  Json claims = Json::array();
+  for (std::size_t i = 0; i < ledger.entries.size(); ++i) {
+    const Entry& entry = ledger.entries[i];
+    Json all = Json::array();
+    for (const Judgement& j : judged.entries[i]) all.push_back(json_of(j));
+    claims.push_back({{"id", entry.id},
+                      {"where", entry.where},
+                      {"kind", entry.kind},
+                      {"standing", engine::standing(entry, judged.entries[i])},
+                      {"states", entry.states},
+                      {"conditions", entry.conditions},
+                      {"notes", entry.notes},
+                      {"judged_by", entry.judged_by},
+                      {"judgements", all}});
+  }
+  Json counts;
+  const std::map<std::string, int> counted = engine::count_standings(ledger, judged);
+  for (const std::string& one : engine::standings()) counts[one] = counted.at(one);
+  return Json{{"citation", ledger.citation}, {"counts", counts}, {"claims", claims}}.dump(
+      2, ' ', false, Json::error_handler_t::replace);
+}
+
+int claims_command(const std::vector<fs::path>& results, bool json) {
+  const Ledger ledger = engine::read_ledger(repository::references());
+  const Judged judged = engine::judge_ledger(ledger, results);
+  if (json) {
+    fmt::print("{}\n", text_of(ledger, judged));
+  } else {
+    print_ledger(ledger, judged);
+  }
+  for (const std::string& one : judged.left_out) fmt::print(stderr, "veriflex: {}\n", one);
+  for (const std::string& one : judged.unreadable) fmt::print(stderr, "veriflex: {}\n", one);
+  return judged.unreadable.empty() ? exit_code::success : exit_code::input;
+}
+
+}  // namespace
+
+std::string claims_json(const std::vector<fs::path>& results) {
+  const Ledger ledger = engine::read_ledger(repository::references());
+  return text_of(ledger, engine::judge_ledger(ledger, results));
+}
+
+void add_claims_command(CLI::App& app, int& exit_code) {
+  struct Options {
+    std::vector<fs::path> results{"results"};
+    bool json = false;
+  };
+  const auto options = std::make_shared<Options>();
+  CLI::App* claims = app.add_subcommand("claims", "what the paper states, and what results say about it");
+  claims->add_option("--results", options->results, "folders of result files; of a case the newest counts")
+      ->expected(1, -1);
+  claims->add_flag("--json", options->json, "print one JSON object");
+  claims->footer("Example: veriflex claims --results build/release/results results");
+  claims->callback([options, &exit_code] { exit_code = claims_command(options->results, options->json); });
+}
+
+}  // namespace veriflex
