@@ -5,10 +5,12 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/noise.hpp"
+#include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 #include "scene/coupling_stability.hpp"
 
@@ -100,8 +102,8 @@ bool grows(const CouplingStability& study, const Scene& scene) {
     before = simulation.solid().half_velocity();
     if (step == 1) first = change;
     if (!(change < blown * first)) return true;
-    if (step > study.steps / 2 && step <= study.steps / 2 + window) middle = std::max(middle, change);
-    if (step > study.steps - window) last = std::max(last, change);
+    if (step > study.steps / 2 && step <= study.steps / 2 + window) middle = worse(middle, change);
+    if (step > study.steps - window) last = worse(last, change);
   }
   return last > grown * middle;
 }
@@ -109,6 +111,9 @@ bool grows(const CouplingStability& study, const Scene& scene) {
 double measured_mass(const CouplingStability& study, const Point& point, double predicted) {
   const auto grows_at = [&](double mass) { return grows(study, scene_of(study, point, mass)); };
   constexpr double stride = 1.1;
+  if (!(predicted > 0.0)) {
+    throw NumericalFailure(fmt::format("point {}: every node mass is stable in the map", point.name));
+  }
   double unstable = predicted / stride, stable = predicted * stride;
   while (!grows_at(unstable)) {
     stable = unstable;
@@ -141,23 +146,29 @@ Boundary boundary_of(const CouplingStability& study, const Point& point) {
   const Scene scene = scene_of(study, point, 1.0);
   Boundary found{};
   found.predicted = scene::critical_node_mass(scene.fluid, scene.body, scene.coupling, accuracy);
-  found.forgetful = scene::critical_node_mass(scene.fluid, scene.body, scene.coupling, accuracy, 0.0);
+  found.forgetful = scene::critical_node_mass(scene.fluid, scene.body, scene.coupling, accuracy,
+                                              scene::FluidMemory::Forgets);
   found.measured = measured_mass(study, point, found.predicted);
   const Scene at = scene_of(study, point, found.measured);
-  found.growth = scene::coupling_growth(at.fluid, at.body, at.coupling);
+  found.growth = scene::coupling_growth(at.fluid, at.body, at.coupling).factor;
   found.markers = static_cast<double>(scene::coupled_nodes(scene.body.network, scene.coupling).size());
   if (point.node_mass) {
     const Scene asked = scene_of(study, point, *point.node_mass);
     found.grew = grows(study, asked);
-    found.growth_at = scene::coupling_growth(asked.fluid, asked.body, asked.coupling);
+    found.growth_at = scene::coupling_growth(asked.fluid, asked.body, asked.coupling).factor;
   }
   return found;
 }
 
 void run(const CouplingStability& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  std::vector<Boundary> found(study.points.size());
-  for_all(found.size(), "boundaries", progress,
-          [&](std::size_t i) { found[i] = boundary_of(study, study.points[i]); });
+  std::vector<std::optional<Boundary>> found(study.points.size());
+  std::exception_ptr broken;
+  try {
+    for_all(found.size(), "boundaries", progress,
+            [&](std::size_t i) { found[i] = boundary_of(study, study.points[i]); });
+  } catch (const NumericalFailure&) {
+    broken = std::current_exception();
+  }
   cost.finish("runs");
 
   Record record{"coupling_boundary",
@@ -176,13 +187,14 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
   double least = INFINITY, largest = 0.0, growth = 0.0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const Point& p = study.points[i];
-    const Boundary& b = found[i];
+    if (!found[i]) continue;
+    const Boundary& b = *found[i];
     const double ratio = b.measured / b.predicted;
     record.append({static_cast<double>(i), b.markers, static_cast<double>(p.substeps), p.live ? 1.0 : 0.0,
                    p.stiffness, p.relaxation_time, b.predicted, b.forgetful, b.measured, ratio, b.growth});
-    least = std::min(least, ratio);
-    largest = std::max(largest, ratio);
-    growth = std::max(growth, b.growth);
+    least = lesser(least, ratio);
+    largest = worse(largest, ratio);
+    growth = worse(growth, b.growth);
     seen.metrics.push_back({"predicted_" + p.name, b.predicted, "M", "least stable node mass of the map"});
     seen.metrics.push_back({"measured_" + p.name, b.measured, "M", "least stable node mass of the runs"});
     seen.metrics.push_back({"ratio_" + p.name, ratio, "1", "measured over predicted"});
@@ -192,12 +204,27 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
       seen.metrics.push_back({"growth_" + p.name, b.growth_at, "1", "of the map per step, " + at});
     }
   }
+  seen.records.push_back(record);
+  if (broken) std::rethrow_exception(broken);
   seen.metrics.push_back({"least_ratio", least, "1", "least measured over predicted"});
   seen.metrics.push_back({"largest_ratio", largest, "1", "largest measured over predicted"});
   seen.metrics.push_back(
       {"growth_held", growth, "1",
        "largest growth of the map at a measured boundary: what the fluid's motion still held"});
-  seen.records = {record};
+}
+
+/// Refuses a rod that has no room in its box.
+void check(const CouplingStability& study, const Place& box) {
+  const double across = 2.0 * std::floor(study.rod.radius) * study.rod.spacing;
+  const double along = static_cast<double>(study.rod.sections - 1) * study.rod.spacing;
+  for (const Point& point : study.points) {
+    engine::check_images(study.fluid, coupling::Delta::Cosine, {across, across, along}, Vec3::Zero(),
+                         "the rod", box);
+    const Scene scene = scene_of(study, point, 1.0);
+    engine::check_supports(study.fluid, scene.coupling.delta,
+                           scene::markers_at_rest(scene.body.network, scene.coupling), Vec3::Zero(),
+                           "the rod", box);
+  }
 }
 
 Point read_point(const io::Section& t, double relaxation_time) {
@@ -211,8 +238,8 @@ Point read_point(const io::Section& t, double relaxation_time) {
               .stiffness = t.number("stiffness", 1.0),
               .relaxation_time = t.has("relaxation_time") ? engine::read_relaxation_time(t) : relaxation_time,
               .node_mass = t.number_if("node_mass")};
-  if (!(point.stiffness > 0.0))
-    t.fail("stiffness", fmt::format("'stiffness' is {}", point.stiffness), "it must be positive",
+  if (!(point.stiffness >= 1e-6) || point.stiffness > 1e6)
+    t.fail("stiffness", fmt::format("'stiffness' is {}", point.stiffness), "it lies between 1e-6 and 1e6",
            "1 is the body's own");
   if (point.node_mass && !(*point.node_mass > 0.0))
     t.fail("node_mass", fmt::format("'node_mass' is {}", *point.node_mass), "it must be positive",
@@ -247,21 +274,30 @@ engine::Study read_coupling_stability(const io::Section& top) {
                                     "coupling_boundary.predicted",
                                     "coupling_boundary.ratio"};
   for (const io::Section& entry : t.tables("point")) {
-    study.points.push_back(read_point(entry, study.fluid.relaxation_time));
-    const Point& point = study.points.back();
+    const Point point = read_point(entry, study.fluid.relaxation_time);
+    for (const Point& before : study.points) {
+      if (before.name == point.name) {
+        entry.fail("name", fmt::format("two points are called '{}'", point.name),
+                   "their metrics could not be told apart", "Give each a name of its own");
+      }
+    }
+    study.points.push_back(point);
     for (const char* what : {"predicted_", "measured_", "ratio_"}) measures.push_back(what + point.name);
     if (!point.node_mass) continue;
     for (const char* what : {"grew_", "growth_"}) measures.push_back(what + point.name);
   }
   if (study.points.empty())
     t.fail("point", "no point is given", "each is a boundary to find", "Add a [[coupling_stability.point]]");
-  return {.plan = engine::read_plan(top, {.law = law,
-                                          .solid = solid,
-                                          .method = "leap-frog, free, kicked by minute forces",
-                                          .moves = true,
-                                          .fluid = study.fluid,
-                                          .coupling = scene::CouplingSpec{},
-                                          .is_free = true}),
+  scene::Plan plan = engine::read_plan(top, {.law = law,
+                                             .solid = solid,
+                                             .method = "leap-frog, free, kicked by minute forces",
+                                             .moves = true,
+                                             .fluid = study.fluid,
+                                             .coupling = scene::CouplingSpec{},
+                                             .exchange = "nodes, force and sub-steps as each point says",
+                                             .is_free = true});
+  check(study, top.table("fluid").place("nodes"));
+  return {.plan = std::move(plan),
           .measures = measures,
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);

@@ -259,9 +259,9 @@ scene::CouplingSpec read_coupling(const io::Section& top) {
                                       : scene::Coupled::All;
   }
   spec.marker_volume = table.number("marker_volume", spec.marker_volume);
-  if (!(spec.marker_volume > 0.0)) {
+  if (!(spec.marker_volume >= 1e-9) || spec.marker_volume > 1e9) {
     table.fail("marker_volume", fmt::format("'marker_volume' is {}", spec.marker_volume),
-               "it must be positive", "1 is the paper's, one lattice cell");
+               "it lies between 1e-9 and 1e9", "1 is the paper's, one lattice cell");
   }
   spec.live = table.flag("live", spec.live);
   spec.force = table.flag("force", spec.force);

@@ -336,7 +336,7 @@ const std::vector<Line> lines{
     {"a filament without width",
      {"run", "filament-linear", "--set", "linear.hydrodynamic_radius=0"},
      input,
-     "it must be positive"},
+     "sections are rings of it"},
     {"unknown nodes of a point",
      {"run", "coupling-stability", "--set", "coupling_stability.point.0.nodes=some"},
      input,
