@@ -5,6 +5,7 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "base/stop.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
@@ -94,6 +95,7 @@ bool grows(const CouplingStability& study, const Scene& scene) {
     try {
       simulation.advance();
     } catch (const NumericalFailure&) {
+      if (stop::was_thrown()) throw;
       return true;
     }
     const double change = (simulation.solid().half_velocity() - before).norm();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <optional>
 
+#include "base/stop.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/filament_case.hpp"
 #include "drivers/filament_compare.hpp"
@@ -122,6 +123,7 @@ void run(const Companions& study, Observations& seen, Progress& progress, engine
         deviation_of_smallest = effect.between_laws.z_max;
       }
     } catch (const NumericalFailure& failure) {
+      if (stop::was_thrown()) throw;
       failures += 1.0;
       report(variant, std::nullopt, failure.what(), record, seen);
     }
