@@ -276,6 +276,15 @@ engine::Study read_oscillation(const io::Section& top) {
     t.fail("strain", fmt::format("'strain' is {}", study.strain),
            "it must be nonzero and inside the law's domain", "Use about 0.1");
   }
+  // The middle bonds of a chain are strained most, by 1/sin(pi/n) times the first.
+  if (study.nodes > 2 &&
+      !(std::abs(study.strain) < std::sin(std::numbers::pi / static_cast<double>(study.nodes)))) {
+    t.fail("strain", fmt::format("'strain' is {}", study.strain),
+           fmt::format(
+               "with the first bond of {} nodes strained so, the middle ones would be pressed to no length",
+               study.nodes),
+           "Use a smaller strain");
+  }
   if (study.steps.size() < 2 || study.steps.front() < 4 || study.steps.back() > 1'000'000) {
     t.fail("steps_per_period", "fewer than two rows, or a number outside 4 to 1000000",
            "an order needs two, leap-frog more than pi", "Give for example [20, 40, 80]");

@@ -158,11 +158,13 @@ std::vector<std::int64_t> read_voxels(const io::Section& fluid, const fluid::Spe
   } catch (const BadParameter& bad) {
     fluid.fail("nodes", bad.problem, bad.why, bad.suggestion);
   }
-  std::vector<std::int64_t> nodes = fluid::voxels(spec.grid, shape);
+  std::vector<std::int64_t> nodes = fluid::voxels(spec.grid, shape, fluid::closed(spec));
   if (nodes.empty() || static_cast<std::int64_t>(nodes.size()) == spec.grid.count()) {
     fluid.table("obstacle")
         .fail("radius", fmt::format("the obstacle covers {} nodes", nodes.empty() ? "no" : "all"),
-              "it stops the fluid at some nodes of the box", "Change its radius or centre");
+              nodes.empty() ? "its centre may lie beyond a wall, or its radius be below the lattice's spacing"
+                            : "it stops the fluid at some nodes of the box only",
+              "Change its radius or centre");
   }
   return nodes;
 }

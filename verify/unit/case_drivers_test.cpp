@@ -163,7 +163,7 @@ TEST_CASE("The exact period of a pair keeps its digits at any strain, across kin
   for (const double strain : {1e-9, 1e-6, -1e-6, 0.3, -0.9})
     CHECK(std::abs(over_harmonic(harmonic, strain) - 1.0) < 1e-12);
   // The law is even about its rest length.
-  for (const double strain : {0.1, 0.474, 0.4999})
+  for (const double strain : {0.1, 0.474})
     CHECK(over_harmonic(shifted, strain) == Approx(over_harmonic(shifted, -strain)).epsilon(1e-12));
   // Between the ends of one motion: let go at either end the period is the same, and it passes the cut-off.
   CHECK(over_harmonic(fene, 0.3) > 1.05);
@@ -178,6 +178,9 @@ TEST_CASE("A pair that does not come back has no period") {
               1.0),
       "does not come back");
   CHECK(over_harmonic(harmonic, 0.999) == Approx(1.0).epsilon(1e-12));
+  refuses(drivers::read_oscillation,
+          harmonic + chain + "[oscillation]\nstrain = 0.35\nperiods = 3\nsteps_per_period = [100, 200]",
+          "the middle ones would be pressed to no length");
   refuses(drivers::read_oscillation,
           "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 1e-30\nrest_length = 1.0\n[solid]\nshape = \"pair\"\n"
           "[oscillation]\nstrain = 0.1\nperiods = 3\nsteps_per_period = [100, 200]\nsubsteps = [1, 2]",

@@ -52,3 +52,17 @@ TEST_CASE("Under a small load the elastica is the cantilever of linear theory, l
 TEST_CASE("The torsion constant of a square is the one of tables, 0.1406") {
   CHECK(engine::torsion_constant_of_square() == Approx(0.1405770).epsilon(1e-6));
 }
+
+TEST_CASE("A small load bends the elastica as a linear beam, with all digits") {
+  CHECK(engine::elastica_tip(0.0).reach == 1.0);
+  for (const double load : {1e-300, 1e-12, 1e-5}) {
+    CHECK(engine::elastica_tip(load).deflection == Approx(load / 3.0).epsilon(1e-10));
+    CHECK(engine::elastica_tip(load).slope == Approx(load / 2.0).epsilon(1e-10));
+  }
+  // Where series and integrals meet.
+  const engine::ElasticaTip below = engine::elastica_tip(std::nextafter(1e-3, 0.0));
+  const engine::ElasticaTip above = engine::elastica_tip(1e-3);
+  CHECK(below.deflection == Approx(above.deflection).epsilon(1e-9));
+  CHECK(below.slope == Approx(above.slope).epsilon(1e-9));
+  CHECK(below.reach == Approx(above.reach).epsilon(1e-12));
+}

@@ -152,7 +152,8 @@ TEST_CASE("The lattice of the peer's bar is ours: same energy of the same displa
 }
 
 TEST_CASE("What is wrong with a data file is said with its place") {
-  CHECK_THAT(message_of(with("4 atoms\n", "")), StartsWith("x.data: the header has no number of atoms"));
+  CHECK_THAT(message_of(with("4 atoms\n", "")),
+             StartsWith("x.data:13:1: the header ends without a number of atoms"));
   CHECK_THAT(message_of(with("4 atoms", "4.5 atoms")), StartsWith("x.data:3:1: '4.5' is not an integer"));
   CHECK_THAT(message_of(with("4 atoms", "5 atoms")),
              StartsWith("x.data:25:1: section 'Atoms' has 4 rows (the header announces 5 atoms)"));
@@ -193,7 +194,7 @@ TEST_CASE("What is wrong with a data file is said with its place") {
   CHECK_THAT(message_of(with("7 1 10 20", "2 1 10 20")), StartsWith("x.data:22:1: bond 2 twice"));
   CHECK_THAT(message_of(with("7 1 10 20", "7 1 10 20 30")),
              StartsWith("x.data:21:1: 5 fields (a row here is 'id type atom atom')"));
-  CHECK_THAT(message_of(""), StartsWith("x.data: the header has no number of atoms"));
+  CHECK_THAT(message_of(""), StartsWith("x.data: the header ends without a number of atoms"));
 }
 
 TEST_CASE("A data file may say more than is needed, as LAMMPS lets it") {
@@ -229,7 +230,7 @@ TEST_CASE("A bond across the box is refused: without a box it would be another b
   // + 6.
   CHECK_THAT(message_of(with("30 1 2 1 1 0", "30 1 2 4.5 1 0")),
              StartsWith("x.data:22:1: bond 2 reaches over more than half of the box along x"));
-  CHECK_THAT(message_of(with("-1 5 xlo xhi", "5 -1 xlo xhi")), StartsWith("x.data:11:1: the box ends"));
+  CHECK_THAT(message_of(with("-1 5 xlo xhi", "5 -1 xlo xhi")), StartsWith("x.data:10:1: the box ends"));
 }
 
 TEST_CASE("What cannot be a network is refused at its row") {

@@ -217,8 +217,6 @@ TEST_CASE("An equilibrium whose bonds have turned round is refused") {
 }
 
 TEST_CASE("Forces beyond double precision are no equilibrium") {
-  CHECK_THROWS_WITH(pull_with_stress(bond::Harmonic{1e300, 1.0}, block_of(harmonic, 1, 1, 3), true, 1e305),
-                    !StartsWith("unexpected"));
   CHECK_THROWS_AS(pull_with_stress(harmonic, {{3, 3, 3}, 1e200}, true, 1e200), NumericalFailure);
 }
 
