@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/memory.hpp"
 #include "base/reduce.hpp"
+#include "base/stop.hpp"
 #include "fluid/sweep.hpp"
 
 namespace veriflex::fluid {
@@ -172,6 +173,7 @@ class FluidOf final : public Fluid {
   }
 
   void collide_and_stream(const NodeForces& forces) override {
+    stop_if_asked("fluid step", steps_ + 1);
     sweep(lattice_, odd());
     add(forces);
     ++steps_;

@@ -99,7 +99,7 @@ class Fluid {
   /// Starts at step 0 from the deviations that `at` gives for each node; `at` is called by several threads.
   virtual void start(const std::function<Populations(std::int64_t node)>& at) = 0;
 
-  /// One step. Throws nothing: see extremes().
+  /// One step. Throws nothing but Stopped, before it does anything: see extremes().
   virtual void collide_and_stream(const NodeForces& forces = {}) = 0;
 
   /// Populations of some nodes before the next collision.

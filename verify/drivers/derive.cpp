@@ -126,9 +126,14 @@ std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
                        "U''(r_eq) by differences of the tension (GSL), relative departure from the formula"});
   }
   try {
-    const bond::Derivation again = bond::calibrate(study.law, d.young_modulus, d.rest_length, 0.3).derivation;
-    metrics.push_back({"round_trip_deviation", std::abs(again.young_modulus / d.young_modulus - 1.0), "1",
+    constexpr double poisson = 0.3;
+    const bond::Calibration again = bond::calibrate(study.law, d.young_modulus, d.rest_length, poisson);
+    metrics.push_back({"round_trip_deviation",
+                       std::abs(again.derivation.young_modulus / d.young_modulus - 1.0), "1",
                        "E of the law calibrated to this E and spacing, relative departure"});
+    const double shear = 4.0 * again.angle_stiffness / std::pow(d.rest_length, 3);
+    metrics.push_back({"poisson_round_trip", d.young_modulus / (2.0 * shear) - 1.0, "1",
+                       "E/2G - 1 of the law calibrated for nu = 0.3, with G = 4 k_a/r0^3"});
   } catch (const BadParameter& bad) {
     progress.warn(fmt::format("no round_trip_deviation: {}", bad.what()));
   }
@@ -157,7 +162,7 @@ engine::Study read_derive(const io::Section& top) {
   std::vector<std::string> measures{
       "rest_length",       "stiffness",           "force_per_strain",          "young_modulus",
       "min_tangent_ratio", "min_tangent_strain",  "stiffness_over_attraction", "strain_at_reach",
-      "tension_jump",      "stiffness_deviation", "round_trip_deviation"};
+      "tension_jump",      "stiffness_deviation", "round_trip_deviation",      "poisson_round_trip"};
   for (const int percent : {1, 5, 10}) {
     measures.push_back(fmt::format("secant_valid_to_{}pct", percent));
     measures.push_back(fmt::format("secant_valid_from_{}pct", percent));

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/progress.hpp"
+#include "base/stop.hpp"
 
 namespace veriflex::drivers {
 
@@ -21,6 +22,7 @@ void for_all(std::size_t count, const std::string& phase, Progress& progress, Wo
 #pragma omp parallel for schedule(dynamic)
   for (std::size_t i = 0; i < count; ++i) {
     try {
+      stop_if_asked(phase.c_str(), static_cast<std::int64_t>(i));
       work(i);
     } catch (...) {
       errors[i] = std::current_exception();

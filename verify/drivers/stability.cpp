@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "base/reduce.hpp"
+#include "base/stop.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
@@ -88,6 +89,7 @@ class Body {
         }
       }
     } catch (const NumericalFailure&) {
+      if (stop::was_thrown()) throw;
       run.end = End::broke;
     }
     return run;

@@ -16,7 +16,9 @@ namespace veriflex::drivers::compare {
 
 namespace {
 
-bool agree(double a, double b) { return std::abs(a - b) <= 1e-6 * std::max(std::abs(a), std::abs(b)); }
+bool agree(double a, double b) {
+  return a == b || (std::isfinite(a - b) && std::abs(a - b) <= 1e-6 * std::max(std::abs(a), std::abs(b)));
+}
 
 struct Coefficient {
   const char* parameter;  // of the law

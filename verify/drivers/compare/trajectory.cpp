@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "base/error.hpp"
 #include "drivers/compare/body.hpp"
 #include "drivers/compare/kinds.hpp"
 #include "solid/leapfrog.hpp"
@@ -91,6 +92,7 @@ void compare_trajectory(const Body& body, const Table& table, const Table& energ
                       frame(peer_x, 0) - network.rest, frame(peer_v, 0));
   const double energy_at_start = run.kinetic_energy() + run.potential_energy();
   const std::int64_t last = std::max(frames.rbegin()->first, energy_rows.rbegin()->first);
+  std::size_t compared = 0;  // rows after the start
   for (;; run.step()) {
     const std::int64_t step = run.steps();
     if (const auto at = frames.find(step); at != frames.end()) {
@@ -101,6 +103,7 @@ void compare_trajectory(const Body& body, const Table& table, const Table& energ
       double off_v = 0.0;
       for (std::size_t row = at->second; row < at->second + static_cast<std::size_t>(nodes); ++row) {
         if (table.clamped(row)) continue;
+        if (step > 0) ++compared;
         off = worse(off, off_by_node[node_of_row[row]] / network.spacing);
         off_v = worse(off_v, relative_to(off_v_by_node[node_of_row[row]], largest_velocity.value));
       }
@@ -113,6 +116,7 @@ void compare_trajectory(const Body& body, const Table& table, const Table& energ
     if (const auto at = energy_rows.find(step); at != energy_rows.end()) {
       const double total = run.kinetic_energy() + run.potential_energy();
       const double peer_total = energies["total"][at->second];
+      if (step > 0) ++compared;
       const auto over_start = [&](double difference) {
         return std::copysign(relative_to(difference, energy_scale), difference);
       };
@@ -125,6 +129,9 @@ void compare_trajectory(const Body& body, const Table& table, const Table& energ
     }
     if (step == last) break;
   }
+  // The first frame is where the motion starts: it agrees with itself.
+  if (compared == 0)
+    throw NumericalFailure("the tables have no frame after the first: no motion is compared");
   seen.metrics.push_back(
       {"early_position_error", early.value, "1",
        fmt::format("largest distance of a node's two positions over the spacing, up to step {}",
