@@ -5,11 +5,13 @@ Verdicts were computed by veriflex; here they are only shown.
 """
 
 import argparse
+import fcntl
 import json
 import math
 import os
 import re
 import shlex
+import stat
 import sys
 from collections import Counter
 from pathlib import Path
@@ -23,7 +25,7 @@ import results
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
 SMALL_ROWS = 20  # records of at most that many rows are shown as tables
 PRINTED = 10  # a target of at most that many digits counts as a printed number
-MARKS = {"pass": "✓", "fail": "✗", "error": "!", "finding": "◇"}
+MARKS = {"pass": "✓", "fail": "✗", "error": "!", "finding": "◇", "measured": "·"}
 # As what a statement of the paper is marked, by its standing.
 STANDING_MARKS = {
     "holds": "pass",
@@ -169,7 +171,7 @@ def dimension_of(result, name):
 
 def rerun(result):
     """Command that makes the result again."""
-    words = ["veriflex", "run", result.case_path or result.id]
+    words = ["veriflex", "run", result.case_path or result.case_id]
     for override in result.overrides:
         words += ["--set", override]
     return shlex.join(words)
@@ -182,6 +184,11 @@ def small_records(result):
         for record in result.records.values()
         if record.name not in plots.KINDS and 0 < len(record) <= SMALL_ROWS
     ]
+
+
+def as_they_stand(results_read):
+    """The results of cases that no --set has changed: only these are counted."""
+    return [result for result in results_read if not result.variant]
 
 
 def ledger_rows(claims, results_read):
@@ -216,6 +223,15 @@ def dates(results_read):
     return met if len(met) < 2 else [met[0], met[-1]]
 
 
+def figures(result, name):
+    """Figures of a case, none when its records are not as their plots take them."""
+    try:
+        return plots.of_case(result, name)
+    except Exception as problem:  # one odd result must not cost the others their page
+        print(f"{result.file}: no figures ({type(problem).__name__}: {problem})", file=sys.stderr)
+        return []
+
+
 def page(results_read, unreadable, ledger):
     """The whole HTML page as text; `ledger` may be None."""
     entries = ledger_rows(ledger["claims"], results_read) if ledger else []
@@ -235,25 +251,55 @@ def page(results_read, unreadable, ledger):
     return environment.get_template("report.html.j2").render(
         results=results_read,
         unreadable=unreadable,
-        verdicts=Counter(result.verdict for result in results_read),
+        verdicts=Counter(result.verdict for result in as_they_stand(results_read)),
         ledger=entries,
         standings=ledger["counts"] if ledger else {},
         marked=STANDING_MARKS,
         refuted=[entry for entry in entries if entry["standing"].startswith("refuted")],
         laws=plots.laws(results_read),
         law_figures=[drawn for drawn in side_figures if drawn is not None],
-        figures={result.file: plots.of_case(result, f"f{number}") for number, result in enumerate(results_read)},
+        figures={result.file: figures(result, f"f{number}") for number, result in enumerate(results_read)},
         provenance=provenance(results_read),
         dates=dates(results_read),
     )
 
 
+def sweep(folder):
+    """Remove what killed writers have left; who still writes holds a lock (as `lib/io/file.cpp` does)."""
+    for stale in folder.glob(".veriflex-*.part"):
+        try:
+            with open(os.open(stale, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
+                fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                stale.unlink()
+        except OSError:
+            pass
+
+
+def write_through(path, text):
+    """Write into what stands there already: a device, a pipe that somebody reads, or what a link points to."""
+    file = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_NONBLOCK, 0o666)
+    os.set_blocking(file, True)
+    with open(file, "w", encoding="utf-8", errors="backslashreplace") as stream:
+        stream.write(text)
+
+
 def write(path, text):
     """Write aside, then rename: who reads the page meanwhile sees the earlier one, whole."""
-    aside = path.with_name(f".{path.name}.{os.getpid()}.part")
     try:
-        aside.write_text(text, encoding="utf-8")
-        aside.replace(path)
+        replaceable = stat.S_ISREG(path.lstat().st_mode)
+    except FileNotFoundError:
+        replaceable = True
+    if not replaceable:
+        write_through(path, text)
+        return
+    sweep(path.parent)
+    aside = path.with_name(f".veriflex-{os.getpid()}-report.part")
+    try:
+        with aside.open("w", encoding="utf-8", errors="backslashreplace") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            file.write(text)
+            file.flush()
+            aside.replace(path)
     finally:
         aside.unlink(missing_ok=True)
 
@@ -274,23 +320,38 @@ def verdict_table(results_read, unreadable, ledger):
                 f"{wall_seconds(result):.3g}",
             )
         )
-    body += [(broken.file.name, "error", "-", "-", "-", "-") for broken in unreadable]
+    body += [(results.plain(broken.file.name), "unreadable", "-", "-", "-", "-") for broken in unreadable]
     widths = [max(len(row[column]) for row in [head, *body]) for column in range(len(head))]
     lines = []
     for row in [head, *body]:
         words = [cell.ljust(width) for cell, width in zip(row[:2], widths[:2])]
         numbers = [cell.rjust(width) for cell, width in zip(row[2:], widths[2:])]
         lines.append("  ".join(words + numbers))
-    counts = Counter(result.verdict for result in results_read)
+    counts = Counter(result.verdict for result in as_they_stand(results_read))
+    changed = [result for result in results_read if result.variant]
     errors = counts["error"] + len(unreadable)
     lines.append("")
     lines.append(
-        f"{len(body)} cases: {counts['pass']} pass, {counts['fail']} fail, {errors} error"
+        f"{len(body) - len(changed)} cases: {counts['pass']} pass, {counts['fail']} fail, {errors} error"
         + (f" ({len(unreadable)} unreadable)" if unreadable else "")
+        + (f", {counts['measured']} measured without a check" if counts["measured"] else "")
+        + (f"; not counted: {len(changed)} changed by --set" if changed else "")
     )
     if ledger and ledger_rows(ledger["claims"], results_read):
         lines.append(f"statements of the paper: {standings_in_words(ledger['counts'])}")
     return lines
+
+
+def tell(lines):
+    """Print the lines; the exit code says whether they have reached their reader."""
+    try:
+        print("\n".join(lines))
+        sys.stdout.flush()
+    except OSError as problem:
+        print(f"standard output: cannot be written ({problem.strerror}). Make room there", file=sys.stderr)
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # what is left is flushed at the end
+        return UNWRITABLE
+    return WRITTEN
 
 
 def main(arguments=None):
@@ -299,10 +360,15 @@ def main(arguments=None):
     parser.add_argument("--out", type=Path, metavar="FILE.html", help="default: RESULTS_DIR/report.html")
     parser.add_argument("--claims", type=Path, metavar="FILE.json", help="the ledger, from `veriflex claims --json`")
     options = parser.parse_args(arguments)
+    for stream in (sys.stdout, sys.stderr):
+        stream.reconfigure(errors="backslashreplace")  # names of files may be no text
     out = options.out or options.folder / "report.html"
     remedy = f"Run `veriflex run` with --out {options.folder} first"
-    if not options.folder.is_dir():
-        why = "it is a file" if options.folder.exists() else "it does not exist"
+    try:
+        is_folder, why = options.folder.is_dir(), "it is a file" if options.folder.exists() else "it does not exist"
+    except OSError as problem:  # such as a name too long for the file system
+        is_folder, why = False, problem.strerror
+    if not is_folder:
         print(f"{options.folder}: no results folder ({why}). {remedy}", file=sys.stderr)
         return USAGE
     results_read, unreadable = results.load_all(options.folder)
@@ -325,9 +391,7 @@ def main(arguments=None):
     except OSError as problem:
         print(f"{out}: cannot be written ({problem.strerror}). Give another file with --out", file=sys.stderr)
         return UNWRITABLE
-    print("\n".join(verdict_table(results_read, unreadable, ledger)))
-    print(out)
-    return WRITTEN
+    return tell([*verdict_table(results_read, unreadable, ledger), str(out)])
 
 
 if __name__ == "__main__":

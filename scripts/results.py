@@ -3,7 +3,9 @@
 Nothing is judged here: verdicts, errors and margins are those that the files state.
 """
 
-from dataclasses import dataclass
+import hashlib
+import stat
+from dataclasses import dataclass, fields
 from pathlib import Path
 
 import h5py
@@ -11,6 +13,7 @@ import numpy as np
 
 FORMAT = "veriflex-result"
 SCHEMA = 1
+SEAL = 512  # bytes before the HDF5 structure: name, size and SHA-256 of what follows
 
 
 class UnreadableResult(Exception):
@@ -94,7 +97,9 @@ class Result:
     """One result file. Rows of `assumed`, `built`, `left_out` and `timing` are dicts keyed by the columns of the schema."""
 
     file: Path
-    id: str
+    id: str  # of the case, and what was set if it was changed
+    case_id: str
+    variant: str  # what was changed by --set; empty for the case as it stands
     title: str
     asks: str
     equation: str
@@ -137,6 +142,8 @@ def plain(value):
     """HDF5 value as str, int, float, list or numpy array of numbers."""
     if isinstance(value, h5py.Empty):
         return []
+    if isinstance(value, str):  # bytes that are no UTF-8 came as surrogates
+        return value.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
     if isinstance(value, bytes):
         return value.decode("utf-8", "replace")
     if isinstance(value, np.ndarray) and value.dtype.kind in "OSU":
@@ -167,24 +174,32 @@ def rows(file, place):
     return [dict(zip(columns, row)) for row in zip(*(np.asarray(values).tolist() for values in columns.values()))]
 
 
+def typed(kind, row):
+    """A row as a dataclass whose texts are texts and whose numbers are numbers."""
+    for field in fields(kind):
+        if not isinstance(row[field.name], field.type):
+            raise TypeError(f"{field.name} is no {field.type.__name__}")
+    return kind(**row)
+
+
 def record(group, name):
     columns = {}
     for column, values in table(group).items():
         stated = attributes(group[column])
         columns[column] = Column(
-            name=column,
+            name=plain(column),
             values=np.asarray(values),
             symbol=stated.get("symbol", ""),
             dimension=stated.get("dimension", ""),
             meaning=stated.get("meaning", ""),
         )
-    return Record(name=name, title=attributes(group).get("title", ""), columns=columns)
+    return Record(name=plain(name), title=attributes(group).get("title", ""), columns=columns)
 
 
 def reference(group, name):
     stated = attributes(group)
     return Reference(
-        id=name,
+        id=plain(name),
         **{key: stated.get(key, "") for key in ("kind", "source", "obtained", "command", "sha256")},
         columns=record(group, name),
     )
@@ -197,6 +212,8 @@ def read(file, path):
     return Result(
         file=path,
         **{key: top[key] for key in ("id", "title", "asks", "equation", "driver", "tier", "verdict")},
+        case_id=top.get("case_id", top["id"]),
+        variant=top.get("variant", ""),
         topics=list(top["topics"]),
         sources=list(top["sources"]),
         findings=int(top["findings"]),
@@ -211,11 +228,29 @@ def read(file, path):
         left_out=rows(file, "plan/left_out"),
         provenance={key: str(value) for key, value in attributes(file["provenance"]).items()},
         records={name: record(group, name) for name, group in file.get("records", {}).items()},
-        metrics=[Metric(**row) for row in rows(file, "metrics")],
-        checks=[Check(**row) for row in rows(file, "checks")],
+        metrics=[typed(Metric, row) for row in rows(file, "metrics")],
+        checks=[typed(Check, row) for row in rows(file, "checks")],
         references=[reference(group, name) for name, group in file.get("references", {}).items()],
         timing=rows(file, "timing"),
     )
+
+
+def check_seal(path):
+    """Raises UnreadableResult unless the file is one of veriflex and whole: damage crashes the HDF5 library."""
+    again = "Run the case again, or remove the file"
+    if not stat.S_ISREG(path.stat().st_mode):  # a pipe would be waited for
+        raise UnreadableResult(f"{path}: no file (a folder, pipe or device). Remove it")
+    with path.open("rb") as file:
+        seal = file.read(SEAL)
+        if not seal.startswith(FORMAT.encode() + b"\n"):
+            raise UnreadableResult(
+                f"{path}: no checksum in front (no result of veriflex, or one of an earlier version). {again}"
+            )
+        words = dict(line.split(b" ", 1) for line in seal.split(b"\n") if b" " in line)
+        size = path.stat().st_size - SEAL
+        whole = len(seal) == SEAL and words.get(b"bytes") == str(size).encode()
+        if not whole or words.get(b"sha256") != hashlib.file_digest(file, "sha256").hexdigest().encode():
+            raise UnreadableResult(f"{path}: does not match its checksum (damaged or truncated). {again}")
 
 
 def load(path):
@@ -223,9 +258,7 @@ def load(path):
     path = Path(path)
     again = "Run the case again"
     try:
-        if path.stat().st_size and not h5py.is_hdf5(path):
-            path.open("rb").close()  # permission problems speak for themselves
-            raise UnreadableResult(f"{path}: not an HDF5 file (no HDF5 signature). Remove it, or run the case again")
+        check_seal(path)
         with h5py.File(path, "r") as file:
             form, schema = plain(file.attrs.get("format", "")), plain(file.attrs.get("schema", 0))
             if form != FORMAT:
@@ -239,11 +272,15 @@ def load(path):
                     "Use the script of the revision that wrote the file, or run the case again"
                 )
             return read(file, path)
+    except UnreadableResult:
+        raise
+    except FileNotFoundError as problem:
+        raise UnreadableResult(f"{path}: cannot be read (a link to nothing). Remove it") from problem
     except PermissionError as problem:
         raise UnreadableResult(f"{path}: cannot be read ({problem.strerror}). Change its permissions") from problem
     except OSError as problem:
         raise UnreadableResult(f"{path}: damaged or truncated ({problem}). {again}") from problem
-    except (KeyError, TypeError, ValueError, RuntimeError) as problem:
+    except Exception as problem:  # whatever a file may hold, it is one row of the report and not its end
         why = problem.args[0] if problem.args else type(problem).__name__
         raise UnreadableResult(f"{path}: not as schema {SCHEMA} says ({why}). {again}") from problem
 
@@ -252,10 +289,8 @@ def load_all(folder):
     """Results and Unreadables of all *.h5 in a folder, each sorted by the stem of its name."""
     results, unreadable = [], []
     for path in sorted(Path(folder).glob("*.h5"), key=lambda path: path.stem):
-        if path.name.startswith("."):  # being written by a run
-            continue
         try:
             results.append(load(path))
         except UnreadableResult as problem:
-            unreadable.append(Unreadable(path, str(problem)))
+            unreadable.append(Unreadable(path, plain(str(problem))))
     return results, unreadable

@@ -1,7 +1,10 @@
 #!/usr/bin/python3
 """Tests of the report: small result files in, one page out."""
 
+import fcntl
+import hashlib
 import json
+import os
 import re
 import subprocess
 import sys
@@ -37,9 +40,16 @@ def write_rows(file, place, rows):
     write_table(file, place, {name: [row[name] for row in rows] for name in (rows[0] if rows else {})})
 
 
+def seal(path):
+    """Puts the checksum in front, as veriflex does."""
+    body = path.read_bytes()[512:]
+    head = f"veriflex-result\nbytes {len(body)}\nsha256 {hashlib.sha256(body).hexdigest()}\n"
+    path.write_bytes(head.encode().ljust(512, b"\n") + body)
+
+
 def write_result(folder, name, verdict, checks=(), title="A title", records=(), metrics=(), **more):
     """A result file of schema 1."""
-    with h5py.File(folder / f"{name}.h5", "w") as file:
+    with h5py.File(folder / f"{name}.h5", "w", userblock_size=512) as file:
         texts = dict(format="veriflex-result", id=name, title=title, asks="Does it hold?", equation="E = U''/r₀")
         for key, value in (texts | dict(driver="derive", tier="quick", verdict=verdict) | more).items():
             file.attrs[key] = value
@@ -60,6 +70,7 @@ def write_result(folder, name, verdict, checks=(), title="A title", records=(), 
         write_rows(file, "metrics", [dict(name="young_modulus", value=1.0, dimension="M L^-1 T^-2", meaning="E"), *metrics])
         write_rows(file, "checks", list(checks))
         write_rows(file, "timing", [dict(phase="run", wall_seconds=0.5, cpu_seconds=0.5)])
+    seal(folder / f"{name}.h5")
 
 
 def run(*arguments):
@@ -127,12 +138,14 @@ class WrittenReport(unittest.TestCase):
         whole = (cls.folder / "derive-one.h5").read_bytes()
         (cls.folder / "truncated.h5").write_bytes(whole[: len(whole) // 2])
         (cls.folder / "not-hdf5.h5").write_text("text")
-        with h5py.File(cls.folder / "other.h5", "w") as file:
-            file.attrs["format"] = "something-else"
-        with h5py.File(cls.folder / "newer.h5", "w") as file:
-            file.attrs.update(dict(format="veriflex-result", schema=99))
-        with h5py.File(cls.folder / "lacking.h5", "w") as file:
-            file.attrs.update(dict(format="veriflex-result", schema=1))
+        for name, stated in dict(
+            other=dict(format="something-else"),
+            newer=dict(format="veriflex-result", schema=99),
+            lacking=dict(format="veriflex-result", schema=1),
+        ).items():
+            with h5py.File(cls.folder / f"{name}.h5", "w", userblock_size=512) as file:
+                file.attrs.update(stated)
+            seal(cls.folder / f"{name}.h5")
         cls.ran = run(cls.folder)
         cls.page = (cls.folder / "report.html").read_text(encoding="utf-8")
 
@@ -155,7 +168,7 @@ class WrittenReport(unittest.TestCase):
         self.assertNotRegex(self.page, r"@import|url\((?!#)|<img|<link|<script")
 
     def test_page_states_every_verdict(self):
-        for word in ("pass", "fail", "error", "refuted: finding", "error: unreadable"):
+        for word in ("pass", "fail", "error", "refuted: finding", "unreadable"):
             self.assertRegex(self.page, rf"</span> {word}</span>")
 
     def test_refuted_claim_shows_both_numbers_in_full(self):
@@ -248,10 +261,123 @@ class Ledger(unittest.TestCase):
             self.assertNotIn('id="ledger"', page)
 
 
+class OddFiles(unittest.TestCase):
+    """What may lie among the results is a row each, and never the end of the report."""
+
+    def test_each_is_a_row_and_the_good_one_is_shown(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(scratch)
+            write_result(folder, "good", "pass", [CHECK])
+            whole = (folder / "good.h5").read_bytes()
+            flipped = bytearray(whole)
+            flipped[len(whole) // 2] ^= 1
+            (folder / "flipped.h5").write_bytes(flipped)
+            (folder / "older.h5").write_bytes(whole[512:])
+            (folder / "empty.h5").touch()
+            (folder / "huge.h5").touch()
+            os.truncate(folder / "huge.h5", 1 << 40)
+            (folder / "long.h5").write_bytes(whole + b"x")
+            os.mkfifo(folder / "pipe.h5")
+            (folder / "folder.h5").mkdir()
+            (folder / "dangling.h5").symlink_to("nowhere")
+            (folder / "circle.h5").symlink_to("circle.h5")
+            Path(os.fsdecode(os.fsencode(folder) + b"/b\xffd.h5")).write_text("text")
+            write_result(folder, "odd-types", "pass", [CHECK | dict(margin="text")])
+            write_result(folder, "odd-record", "pass", [CHECK], records=[("stress_strain", dict(strain=["a"], stress=["b"]))])
+            ran = run(folder)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertNotIn("Traceback", ran.stderr)
+            for name in ("flipped", "older", "empty", "huge", "long", "pipe", "folder", "dangling", "circle"):
+                self.assertRegex(ran.stdout, rf"(?m)^{name}\.h5 +unreadable")
+                self.assertRegex(ran.stderr, rf"{name}\.h5: .+ \(.+\)\. .+")
+            self.assertRegex(ran.stdout, r"(?m)^good +pass")
+            self.assertIn("does not match its checksum", ran.stderr)
+            self.assertIn("no checksum in front", ran.stderr)
+
+    def test_text_that_is_no_utf8_is_shown_with_replacements(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(scratch)
+            write_result(folder, "bad", "error", error_kind="input", error_message=np.array(b"b\xffd", dtype=TEXT))
+            ran = run(folder)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertIn("b\ufffdd", (folder / "report.html").read_text(encoding="utf-8"))
+
+
+class Variants(unittest.TestCase):
+    def test_changed_case_is_marked_and_not_counted(self):
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(scratch)
+            write_result(folder, "one", "pass", [CHECK])
+            changed = dict(case_id="one", variant="bond.depth=2.0")
+            write_result(folder, "one+bond.depth=2.0", "fail", [FAILED, REFUTED], **changed)
+            write_result(folder, "bare", "measured")
+            ran = run(folder)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertRegex(ran.stdout, r"(?m)^one\+bond\.depth=2\.0 +fail")
+            counts = "2 cases: 1 pass, 0 fail, 0 error, 1 measured without a check; not counted: 1 changed by --set"
+            self.assertIn(counts, ran.stdout)
+            page = (folder / "report.html").read_text(encoding="utf-8")
+            self.assertIn("changed: --set bond.depth=2.0", page)
+            self.assertIn("All cases pass", page)
+
+
+class WhereItIsWritten(unittest.TestCase):
+    """What stands at --out is written to, or refused, but never replaced by a file."""
+
+    def setUp(self):
+        scratch = tempfile.TemporaryDirectory()
+        self.addCleanup(scratch.cleanup)
+        self.folder = Path(scratch.name)
+        write_result(self.folder, "one", "pass")
+
+    def test_pipe_without_reader_is_refused(self):
+        os.mkfifo(self.folder / "pipe")
+        ran = run(self.folder, "--out", self.folder / "pipe")
+        self.assertEqual(ran.returncode, 4)
+        self.assertTrue((self.folder / "pipe").is_fifo())
+
+    def test_pipe_with_reader_gets_the_page(self):
+        os.mkfifo(self.folder / "pipe")
+        with subprocess.Popen(["cat", self.folder / "pipe"], stdout=subprocess.PIPE) as reader:
+            self.addCleanup(reader.kill)
+            with open(self.folder / "pipe", "wb", buffering=0):  # waits for the reader
+                self.assertEqual(run(self.folder, "--out", self.folder / "pipe").returncode, 0)
+            self.assertTrue(reader.stdout.read().endswith(b"</html>"))
+
+    def test_links_stay_and_their_targets_get_the_page(self):
+        (self.folder / "target").write_text("mine")
+        (self.folder / "link").symlink_to("target")
+        (self.folder / "stdout").symlink_to("/proc/self/fd/1")
+        for name in ("link", "stdout"):
+            ran = run(self.folder, "--out", self.folder / name)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertTrue((self.folder / name).is_symlink())
+        self.assertIn("</html>", (self.folder / "target").read_text())
+        self.assertIn("</html>", ran.stdout)
+
+    def test_what_killed_writers_left_is_swept_and_what_is_being_written_stays(self):
+        stale, held = (self.folder / f".veriflex-{number}-0.part" for number in (1, 2))
+        stale.touch()
+        with held.open("w") as file:
+            fcntl.flock(file, fcntl.LOCK_EX)
+            self.assertEqual(run(self.folder).returncode, 0)
+        self.assertFalse(stale.exists())
+        self.assertTrue(held.exists())
+
+    def test_full_standard_output_is_an_error(self):
+        with open("/dev/full", "w") as full:
+            words = [sys.executable, "-B", REPORT, self.folder]
+            ran = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
+        self.assertEqual(ran.returncode, 4)
+        self.assertRegex(ran.stderr, r"^standard output: cannot be written \(.+\)\. ")
+        self.assertNotIn("Exception ignored", ran.stderr)
+
+
 class RefusedReport(unittest.TestCase):
     def test_missing_folder_empty_folder_and_bad_usage(self):
         with tempfile.TemporaryDirectory() as folder:
-            for arguments in ([f"{folder}/absent"], [folder], [], [folder, "--colour"]):
+            too_long = "a" * 300
+            for arguments in ([f"{folder}/absent"], [too_long], [folder], [], [folder, "--colour"]):
                 ran = run(*arguments)
                 self.assertEqual(ran.returncode, 2, arguments)
                 self.assertNotIn("Traceback", ran.stderr)

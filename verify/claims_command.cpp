@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "base/say.hpp"
 #include "engine/ledger.hpp"
 #include "exit_code.hpp"
 #include "repository.hpp"
@@ -35,14 +36,14 @@ std::string word_for_target(const Judgement& j) {
 
 void print_judgement(const Judgement& j) {
   if (j.metric.empty()) {
-    fmt::print("    {:<8} {}\n", words(j), j.case_id);
+    say("    {:<8} {}\n", words(j), j.case_id);
     return;
   }
   const std::string wanted = j.outside
                                  ? fmt::format("must lie beyond {:.10g} +- {:.3g}", j.target, j.tolerance)
                                  : fmt::format("{} {:.10g}", word_for_target(j), j.target);
-  fmt::print("    {:<8} {}: {} measured {:.10g}, {}. {}\n", words(j), j.case_id, j.metric, j.measured, wanted,
-             j.statement);
+  say("    {:<8} {}: {} measured {:.10g}, {}. {}\n", words(j), j.case_id, j.metric, j.measured, wanted,
+      j.statement);
 }
 
 std::string counts_in_words(const std::map<std::string, int>& counts) {
@@ -57,14 +58,14 @@ std::string counts_in_words(const std::map<std::string, int>& counts) {
 void print_ledger(const Ledger& ledger, const Judged& judged) {
   for (std::size_t i = 0; i < ledger.entries.size(); ++i) {
     const Entry& entry = ledger.entries[i];
-    fmt::print("{}: {} ({}, {})\n  {}\n", entry.id, engine::standing(entry, judged.entries[i]), entry.where,
-               entry.kind, entry.states);
-    if (!entry.conditions.empty()) fmt::print("  conditions: {}\n", entry.conditions);
-    if (!entry.notes.empty()) fmt::print("  notes: {}\n", entry.notes);
+    say("{}: {} ({}, {})\n  {}\n", entry.id, engine::standing(entry, judged.entries[i]), entry.where,
+        entry.kind, entry.states);
+    if (!entry.conditions.empty()) say("  conditions: {}\n", entry.conditions);
+    if (!entry.notes.empty()) say("  notes: {}\n", entry.notes);
     for (const Judgement& j : judged.entries[i]) print_judgement(j);
   }
-  fmt::print("\n{} statements of {}: {}\n", ledger.entries.size(), ledger.citation,
-             counts_in_words(engine::count_standings(ledger, judged)));
+  say("\n{} statements of {}: {}\n", ledger.entries.size(), ledger.citation,
+      counts_in_words(engine::count_standings(ledger, judged)));
 }
 
 Json json_of(const Judgement& j) {
@@ -108,12 +109,12 @@ int claims_command(const std::vector<fs::path>& results, bool json) {
   const Ledger ledger = engine::read_ledger(repository::references());
   const Judged judged = engine::judge_ledger(ledger, results);
   if (json) {
-    fmt::print("{}\n", text_of(ledger, judged));
+    say("{}\n", text_of(ledger, judged));
   } else {
     print_ledger(ledger, judged);
   }
-  for (const std::string& one : judged.left_out) fmt::print(stderr, "veriflex: {}\n", one);
-  for (const std::string& one : judged.unreadable) fmt::print(stderr, "veriflex: {}\n", one);
+  for (const std::string& one : judged.left_out) complain("{}", one);
+  for (const std::string& one : judged.unreadable) complain("{}", one);
   return judged.unreadable.empty() ? exit_code::success : exit_code::input;
 }
 

@@ -6,12 +6,15 @@
 
 #include <memory>
 
+#include "base/say.hpp"
+#include "base/stop.hpp"
 #include "drivers/drivers.hpp"
 #include "engine/baseline.hpp"
 #include "engine/validate.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
 #include "repository.hpp"
+#include "threads.hpp"
 
 namespace veriflex {
 
@@ -24,6 +27,7 @@ using engine::Check;
 using engine::Reference;
 using engine::Verdict;
 
+// Without the checks against its baseline.
 Case read(const std::string& name) {
   return engine::read_case(engine::case_named(name, repository::cases()), {}, drivers::all(),
                            repository::references());
@@ -57,106 +61,138 @@ int validate_command(const std::vector<std::string>& names) {
       problems.push_back(std::move(one));
     }
   }
-  for (const std::string& problem : problems) fmt::print(stderr, "veriflex: {}\n", problem);
-  if (problems.empty()) fmt::print("nothing wrong found\n");
+  for (const std::string& problem : problems) complain("{}", problem);
+  if (problems.empty()) say("nothing wrong found\n");
   return problems.empty() ? exit_code::success : exit_code::input;
 }
 
 void print_check(const Case& c, const Check& check) {
   const bool is_claim = check.question == engine::Question::claim;
-  fmt::print("  {} {}: {}\n", is_claim ? "claim" : "code ", check.measure, check.statement);
+  say("  {} {}: {}\n", is_claim ? "claim" : "code ", check.measure, check.statement);
   if (check.curve) {
-    fmt::print("      against the curve {} over {} of reference {}\n", check.curve->y, check.curve->x,
-               c.references[*check.reference].id);
+    say("      against the curve {} over {} of reference {}\n", check.curve->y, check.curve->x,
+        c.references[*check.reference].id);
   } else {
-    fmt::print("      target {}{} ({}; {})\n", check.target, check.outside ? ", must lie outside" : "",
-               check.kind, check.reference ? "reference " + c.references[*check.reference].id : check.source);
+    say("      target {}{} ({}; {})\n", check.target, check.outside ? ", must lie outside" : "", check.kind,
+        check.reference ? "reference " + c.references[*check.reference].id : check.source);
   }
-  fmt::print("      tolerance {}: {}\n", check.tolerance.text, check.tolerance.reason);
-  if (is_claim) fmt::print("      judges {} of the ledger\n", fmt::join(check.claims, ", "));
-  if (check.refuted) fmt::print("      refuted: recorded as {}\n", check.refuted->value);
+  say("      tolerance {}: {}\n", check.tolerance.text, check.tolerance.reason);
+  if (is_claim) say("      judges {} of the ledger\n", fmt::join(check.claims, ", "));
+  if (check.refuted) say("      refuted: recorded as {}\n", check.refuted->value);
 }
 
 void print_reference(const Reference& reference) {
-  fmt::print("  {} ({})\n      source    {}\n      obtained  {}\n", reference.id, reference.kind,
-             reference.source, reference.obtained);
-  for (const std::string& citation : reference.citations) fmt::print("      cites     {}\n", citation);
-  if (!reference.command.empty()) fmt::print("      made by   {}\n", reference.command);
-  if (!reference.sha256.empty()) fmt::print("      SHA-256   {}\n", reference.sha256);
+  say("  {} ({})\n      source    {}\n      obtained  {}\n", reference.id, reference.kind, reference.source,
+      reference.obtained);
+  for (const std::string& citation : reference.citations) say("      cites     {}\n", citation);
+  if (!reference.command.empty()) say("      made by   {}\n", reference.command);
+  if (!reference.sha256.empty()) say("      SHA-256   {}\n", reference.sha256);
   if (reference.origin) {
-    fmt::print("      accepted  {} at revision {} ({}, {}): {}\n", reference.origin->date,
-               reference.origin->revision, reference.origin->compiler, reference.origin->machine,
-               reference.origin->reason);
+    say("      accepted  {} at revision {} ({}, {}): {}\n", reference.origin->date,
+        reference.origin->revision, reference.origin->compiler, reference.origin->machine,
+        reference.origin->reason);
   }
 }
 
 void info_command(const std::string& name) {
-  const Case c = read(name);
-  fmt::print("{}: {}\n\n{}\n\n  {}\n\n", c.id, c.title, c.asks, c.equation);
-  fmt::print("tier {}, driver {}, topics {}\n", c.tier, c.driver, fmt::join(c.topics, ", "));
-  fmt::print("sources\n");
-  for (const std::string& source : c.sources) fmt::print("  {}\n", source);
-  if (!c.assumed.empty()) fmt::print("assumed, because the sources do not say\n");
-  for (const engine::Assumption& a : c.assumed) fmt::print("  {} = {}: {}\n", a.path, a.value, a.why);
-  fmt::print("plan\n");
-  for (const scene::Built& b : c.study.plan.built) fmt::print("  built     {:<12} {}\n", b.module, b.what);
-  for (const scene::LeftOut& l : c.study.plan.left_out)
-    fmt::print("  left out  {:<12} {}\n", l.module, l.why);
-  fmt::print("checks\n");
+  Case c = read(name);
+  engine::compare_with_baseline(c, repository::cases(), repository::references());
+  say("{}: {}\n\n{}\n\n  {}\n\n", c.id, c.title, c.asks, c.equation);
+  say("tier {}, driver {}, topics {}\n", c.tier, c.driver, fmt::join(c.topics, ", "));
+  say("sources\n");
+  for (const std::string& source : c.sources) say("  {}\n", source);
+  if (!c.assumed.empty()) say("assumed, because the sources do not say\n");
+  for (const engine::Assumption& a : c.assumed) say("  {} = {}: {}\n", a.path, a.value, a.why);
+  say("plan\n");
+  for (const scene::Built& b : c.study.plan.built) say("  built     {:<12} {}\n", b.module, b.what);
+  for (const scene::LeftOut& l : c.study.plan.left_out) say("  left out  {:<12} {}\n", l.module, l.why);
+  say("checks\n");
   for (const Check& check : c.checks) print_check(c, check);
-  if (!c.references.empty()) fmt::print("references\n");
+  if (!c.references.empty()) say("references\n");
   for (const Reference& reference : c.references) print_reference(reference);
-  fmt::print("run it\n  veriflex run {}\n", shell_word(c.path.string()));
+  say("run it\n  veriflex run {}\n", shell_word(c.path.string()));
 }
 
 void print_changes(const std::vector<engine::Change>& changes) {
   const auto text = [](const std::optional<double>& value) {
     return value ? fmt::format("{:.17g}", *value) : std::string("-");
   };
-  fmt::print("{:<32} {:>24} {:>24} {:>16}\n", "metric", "earlier", "now", "relative change");
+  say("{:<32} {:>24} {:>24} {:>16}\n", "metric", "earlier", "now", "relative change");
   for (const engine::Change& change : changes) {
     std::string relative = "-";
     if (change.earlier && change.now) {
       const double difference = *change.earlier == *change.now ? 0.0 : *change.now - *change.earlier;
       relative = fmt::format("{:.3g}", difference == 0.0 ? 0.0 : difference / std::abs(*change.earlier));
     }
-    fmt::print("{:<32} {:>24} {:>24} {:>16}\n", change.metric, text(change.earlier), text(change.now),
-               relative);
+    say("{:<32} {:>24} {:>24} {:>16}\n", change.metric, text(change.earlier), text(change.now), relative);
   }
 }
 
-int accept_command(const std::string& name, const std::string& reason) {
+// What the present baseline says is no reason against a new one.
+bool is_admitted(const engine::Result& result, const std::string& baseline) {
+  for (std::size_t i = 0; i < result.outcomes.size(); ++i) {
+    const std::optional<std::size_t> reference = result.c.checks[i].reference;
+    const bool by_baseline = reference && result.c.references[*reference].id == baseline;
+    if (result.outcomes[i].verdict == Verdict::fail && !by_baseline) return false;
+  }
+  return result.verdict != Verdict::error;
+}
+
+// The baseline at `path`, if there is one. With `replace` one that cannot be read counts as none.
+std::optional<Reference> earlier_baseline(const fs::path& path, bool replace) {
+  std::error_code unknown;
+  if (!fs::exists(path, unknown)) return std::nullopt;
+  std::optional<Reference> earlier;
+  try {
+    earlier = engine::read_reference(path);
+  } catch (const InputError& error) {
+    if (!replace) throw;
+    complain("{}. It is replaced", error.what());
+    return std::nullopt;
+  }
+  if (!earlier->origin) {
+    throw InputError({path.string()}, "is no baseline", "only baselines are renewed", "Move that reference");
+  }
+  return earlier;
+}
+
+int accept_command(const std::string& name, const std::string& reason, bool replace) {
   const Case c = read(name);
-  const engine::Result result = engine::run_case(c, omp_get_max_threads());
-  if (result.verdict != Verdict::pass) {
-    fmt::print(stderr,
-               "veriflex: {}: not accepted, its verdict is {} ({}). See veriflex run {}, and mend it first\n",
-               c.path.string(), to_string(result.verdict),
-               result.verdict == Verdict::error ? result.error_message
-                                                : "a baseline must be a result that its checks admit",
-               shell_word(c.path.string()));
-    return result.verdict == Verdict::error ? exit_code::numerical : exit_code::check_failed;
+  const fs::path path = engine::baseline_path(c, repository::cases(), repository::references());
+  const std::optional<Reference> earlier = earlier_baseline(path, replace);
+  const stop::Handlers handlers;
+  const int threads = usable_threads(0);
+  omp_set_num_threads(threads);
+  const engine::Result result = engine::run_case(c, threads);
+  if (!is_admitted(result, path.stem().string())) {
+    const bool is_error = result.verdict == Verdict::error;
+    complain("{}: not accepted, its verdict is {} ({}). See veriflex run {}, and mend it first",
+             c.path.string(), to_string(result.verdict),
+             is_error ? result.error_message : "a baseline must be a result that its checks admit",
+             shell_word(c.path.string()));
+    return is_error ? exit_code::of_error(result.error_kind) : exit_code::check_failed;
   }
-  const fs::path folder = fs::weakly_canonical(c.path).parent_path();
-  const bool of_repository = folder == fs::weakly_canonical(repository::cases());
-  const std::string id = c.id + "-baseline";
-  const fs::path path = (of_repository ? repository::references() : folder) / (id + ".toml");
-  if (fs::exists(path)) {
-    const Reference earlier = engine::read_reference(path);
-    if (earlier.kind != "baseline") {
-      throw InputError({path.string()}, "is no baseline", "only baselines are renewed",
-                       "Move that reference");
+  if (earlier) {
+    const std::vector<engine::Change> found = engine::changes(*earlier, result.seen);
+    say("earlier baseline: {}, revision {}\n", earlier->origin->date, earlier->origin->revision);
+    print_changes(found);
+    if (!engine::differ(found) && !replace) {
+      say("the baseline says so already; --replace renews its reason and provenance\n{}\n", path.string());
+      return exit_code::success;
     }
-    fmt::print("earlier baseline: {}, revision {}\n", earlier.origin->date, earlier.origin->revision);
-    print_changes(engine::changes(earlier, result.seen));
+    if (!replace) {
+      throw InputError({path.string()}, "holds other values", "a baseline is not overwritten unasked",
+                       "Give --replace if the change is wanted");
+    }
   } else {
-    fmt::print("no earlier baseline\n");
+    say("no earlier baseline\n");
   }
+  const bool of_repository = path.parent_path() == repository::references();
   const std::string command =
-      fmt::format("veriflex accept {} --reason {}", shell_word(of_repository ? c.id : c.path.string()),
-                  shell_word(reason));
-  io::write_file(path, engine::baseline_text(result, id, reason, command));
-  fmt::print("{}\n", path.string());
+      fmt::format("veriflex accept {} --reason {}{}", shell_word(of_repository ? c.id : c.path.string()),
+                  shell_word(reason), replace ? " --replace" : "");
+  io::write_file(path, engine::baseline_text(result, path, reason, command, earlier));
+  say("{}\n", path.string());
   return exit_code::success;
 }
 
@@ -166,6 +202,7 @@ void add_contract_commands(CLI::App& app, int& exit_code) {
   struct Options {
     std::string name, reason;
     std::vector<std::string> names;
+    bool replace = false;
   };
   const auto options = std::make_shared<Options>();
 
@@ -188,8 +225,11 @@ void add_contract_commands(CLI::App& app, int& exit_code) {
       ->check([](const std::string& text) {
         return text.find_first_not_of(" \t\n") == std::string::npos ? std::string("is empty") : std::string();
       });
+  accept->add_flag("--replace", options->replace, "replace a baseline that holds other values");
   accept->footer("Example: veriflex accept tensile-fene-lj --reason 'solver tolerance tightened'");
-  accept->callback([options, &exit_code] { exit_code = accept_command(options->name, options->reason); });
+  accept->callback([options, &exit_code] {
+    exit_code = accept_command(options->name, options->reason, options->replace);
+  });
 }
 
 }  // namespace veriflex

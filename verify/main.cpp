@@ -1,13 +1,21 @@
 /// The `veriflex` command.
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <new>
+#include <csignal>
+#include <cstring>
+#include <filesystem>
+#include <iostream>
+#include <system_error>
 
 #include "base/error.hpp"
+#include "base/say.hpp"
 #include "case_commands.hpp"
 #include "claims_command.hpp"
 #include "contract_commands.hpp"
+#include "engine/result.hpp"
 #include "exit_code.hpp"
 #include "law_commands.hpp"
 #include "revision.hpp"
@@ -15,11 +23,6 @@
 namespace exit_code = veriflex::exit_code;
 
 namespace {
-
-int report_error(const std::exception& error, int code) {
-  fmt::print(stderr, "veriflex: {}\n", error.what());
-  return code;
-}
 
 // What the words that CLI11 did not expect may be misspellings of: a command, or an option of the command
 // given.
@@ -38,16 +41,31 @@ std::string suggestion(const CLI::App& app) {
   return fmt::format("See veriflex {}--help", given.empty() ? "" : asked.get_name() + " ");
 }
 
-}  // namespace
+// A stream that was closed by the caller would give its number to the next file, which then got its words.
+void occupy_standard_streams() {
+  for (const int stream : {STDIN_FILENO, STDOUT_FILENO, STDERR_FILENO}) {
+    // Open for reading only, so that what cannot be said is noticed.
+    while (fcntl(stream, F_GETFD) < 0 && open("/dev/null", O_RDONLY) >= 0) continue;
+  }
+}
 
-int main(int argc, char** argv) {
+// The exit code of a command that ends with `code`, when what it said has reached its reader.
+int said(int code) {
+  std::cout.flush();
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && !std::cout.bad()) return code;
+  veriflex::complain("standard output: cannot be written ({}). Make room there, or leave its reader open",
+                     std::strerror(errno));
+  return exit_code::first_of(code, exit_code::output);
+}
+
+int run(int argc, char** argv) {
   CLI::App app("Verification of elastic bodies in lattice Boltzmann flow", "veriflex");
   app.set_version_flag("--version",
                        fmt::format("veriflex {} ({})", veriflex::build::version, veriflex::build::revision));
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 all checks passed, 1 a check failed, 2 bad input, 3 a run left its validity, 4 output "
-      "failed.\n"
+      "Exit codes: 0 all checks passed, 1 a check failed, 2 bad input, 3 a run left its validity or was "
+      "interrupted, 4 output failed.\n"
       "Example: veriflex verify --tier quick");
   int code = exit_code::success;
   veriflex::add_case_commands(app, code);
@@ -60,16 +78,26 @@ int main(int argc, char** argv) {
     return code;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
-    fmt::print(stderr, "veriflex: command line: {}. {}\n", error.what(), suggestion(app));
+    veriflex::complain("command line: {}. {}", error.what(), suggestion(app));
     return exit_code::input;
-  } catch (const veriflex::InputError& error) {
-    return report_error(error, exit_code::input);
-  } catch (const veriflex::NumericalFailure& error) {
-    return report_error(error, exit_code::numerical);
-  } catch (const veriflex::OutputError& error) {
-    return report_error(error, exit_code::output);
-  } catch (const std::bad_alloc&) {
-    fmt::print(stderr, "veriflex: out of memory. Use a smaller scene (see veriflex plan)\n");
-    return exit_code::numerical;
+  } catch (const std::system_error& error) {
+    // fmt::print could not write; of other kinds are only file names, which are the user's.
+    const bool is_name = dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr;
+    veriflex::complain("{}: {}", is_name ? "file name" : "standard output", error.what());
+    return is_name ? exit_code::input : exit_code::output;
+  } catch (...) {
+    const veriflex::engine::Failure why = veriflex::engine::current_failure();
+    veriflex::complain("{}", why.message);
+    return exit_code::of_error(why.kind);
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  occupy_standard_streams();
+  // Both would end the program in the middle of a run: without them, writing fails and says so.
+  std::signal(SIGPIPE, SIG_IGN);
+  std::signal(SIGXFSZ, SIG_IGN);
+  return said(run(argc, argv));
 }

@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
+
+#include "base/say.hpp"
 
 namespace veriflex {
 
@@ -16,7 +19,7 @@ Progress::Progress(std::string label)
       last_(phase_start_) {}
 
 Progress::~Progress() {
-  if (shown_) fmt::print(stderr, "\r\033[K");
+  if (shown_) say_to(stderr, "\r\033[K");
 }
 
 void Progress::show(const std::string& phase, std::size_t done, std::size_t total) {
@@ -31,19 +34,20 @@ void Progress::show(const std::string& phase, std::size_t done, std::size_t tota
   last_ = now;
   shown_ = true;
   std::string left = "?";
-  if (done > 0) {
+  if (done > 0 && done <= total) {
     const double seconds = std::chrono::duration<double>(now - phase_start_).count();
-    const auto rest =
-        static_cast<long>(seconds * static_cast<double>(total - done) / static_cast<double>(done));
-    left = fmt::format("{}:{:02}", rest / 60, rest % 60);
+    const double rest = seconds * static_cast<double>(total - done) / static_cast<double>(done);
+    const auto whole = static_cast<long>(std::min(rest, 3.6e8));  // ten thousand hours are as good as any
+    left = fmt::format("{}:{:02}", whole / 60, whole % 60);
   }
-  fmt::print(stderr, "\r\033[K{}: {} {}/{}, {} left", label_, phase, done, total, left);
+  say_to(stderr, "\r\033[K{}: {} {}/{}, {} left", label_, phase, done, total, left);
   std::fflush(stderr);
 }
 
 void Progress::warn(const std::string& warning) {
-  fmt::print(stderr, "{}veriflex: {}: warning: {}\n", shown_ ? "\r\033[K" : "", label_, warning);
   warnings_.push_back(warning);
+  if (shown_) say_to(stderr, "\r\033[K");
+  complain("{}: warning: {}", label_, warning);
 }
 
 }  // namespace veriflex

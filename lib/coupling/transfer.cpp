@@ -20,11 +20,20 @@ constexpr double farthest = 1e15;  // beyond, neighbouring nodes are not told ap
 
 }  // namespace
 
-Transfer::Transfer(const Grid& grid, std::array<bool, 3> closed, Delta delta)
+Transfer::Transfer(const Grid& grid, std::array<bool, 3> closed, Delta delta,
+                   std::span<const std::int64_t> solid)
     : grid_(grid),
       closed_(closed),
       delta_(delta),
-      row_at_(static_cast<std::size_t>(grid.size[1] * grid.size[2]), -1) {}
+      row_at_(static_cast<std::size_t>(grid.size[1] * grid.size[2]), -1) {
+  if (!solid.empty()) solid_.assign(static_cast<std::size_t>(grid.count()), false);
+  for (const std::int64_t node : solid) solid_[static_cast<std::size_t>(node)] = true;
+}
+
+bool Transfer::is_solid(std::int64_t x, std::int64_t y, std::int64_t z) const {
+  return solid_[static_cast<std::size_t>(
+      grid_.index(into(x, grid_.size[0]), into(y, grid_.size[1]), into(z, grid_.size[2])))];
+}
 
 void Transfer::locate(const Positions& X) {
   visit(delta_, [&](auto kernel) { locate_with<decltype(kernel)>(X); });
@@ -48,14 +57,31 @@ void Transfer::locate_with(const Positions& X) {
       }
       Support& s = supports[m];
       s.first[axis] = static_cast<std::int64_t>(support<K>(x, s.weights[axis]));
-      if (closed_[axis] &&
-          (s.first[axis] < 0 || s.first[axis] + static_cast<std::int64_t>(width) > grid_.size[axis])) {
-        throw NumericalFailure(fmt::format(
-            "marker {} is at {} = {}: its support of nodes {} to {} leaves the walled box of nodes 0 to {}",
-            m, "xyz"[axis], x, s.first[axis], s.first[axis] + static_cast<std::int64_t>(width) - 1,
-            grid_.size[axis] - 1));
+      if (closed_[axis]) {
+        for (std::size_t i = 0; i < width; ++i) {
+          const std::int64_t node = s.first[axis] + static_cast<std::int64_t>(i);
+          if (s.weights[axis][i] == 0.0 || (node >= 0 && node < grid_.size[axis])) continue;
+          throw NumericalFailure(fmt::format(
+              "marker {} is at {} = {}: its support reaches node {}, beyond the walled box of nodes 0 to {}",
+              m, "xyz"[axis], x, node, grid_.size[axis] - 1));
+        }
       }
       s.first[axis] = into(s.first[axis], grid_.size[axis]);
+    }
+    if (solid_.empty()) continue;
+    const Support& s = supports[m];
+    for (std::size_t n = 0; n < width * width * width; ++n) {
+      const std::size_t l = n % width, j = n / width % width, k = n / (width * width);
+      if (s.weights[0][l] * s.weights[1][j] * s.weights[2][k] == 0.0) continue;
+      const std::int64_t x = s.first[0] + static_cast<std::int64_t>(l);
+      const std::int64_t y = s.first[1] + static_cast<std::int64_t>(j);
+      const std::int64_t z = s.first[2] + static_cast<std::int64_t>(k);
+      if (!is_solid(x, y, z)) continue;
+      const auto row = static_cast<Eigen::Index>(m);
+      throw NumericalFailure(
+          fmt::format("marker {} is at ({}, {}, {}): its support contains node ({}, {}, {}) of the obstacle",
+                      m, X(row, 0), X(row, 1), X(row, 2), into(x, grid_.size[0]), into(y, grid_.size[1]),
+                      into(z, grid_.size[2])));
     }
   }
 

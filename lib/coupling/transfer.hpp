@@ -20,13 +20,15 @@ namespace veriflex::coupling {
 
 class Transfer {
  public:
-  /// `closed`: axes with walls, which no support may reach across; the others are periodic.
-  Transfer(const Grid& grid, std::array<bool, 3> closed, Delta delta);
+  /// `closed`: axes with walls, which no support may reach across; the others are periodic. `solid`: nodes
+  /// without fluid, which no support may contain.
+  Transfer(const Grid& grid, std::array<bool, 3> closed, Delta delta,
+           std::span<const std::int64_t> solid = {});
 
   /// Supports and weights of markers at X, one row each, in node coordinates of the box. A marker may be any
   /// number of box lengths away along a periodic axis. Throws NumericalFailure, which names the marker, when
-  /// its position is not a number or its support leaves the box through a wall; the supports are then those
-  /// of the call before.
+  /// its position is not a number, or a node where it has a weight lies beyond a wall or is solid; the
+  /// supports are then those of the call before.
   void locate(const Positions& X);
 
   /// The distinct nodes under the supports.
@@ -42,10 +44,12 @@ class Transfer {
   template <DeltaKernel K>
   void locate_with(const Positions& X);
   std::int64_t width() const;
+  bool is_solid(std::int64_t x, std::int64_t y, std::int64_t z) const;
 
   Grid grid_;
   std::array<bool, 3> closed_;
   Delta delta_;
+  std::vector<bool> solid_;  // per node of the box; empty where all is fluid
   std::vector<std::int64_t> nodes_;
   // Per marker and node of its support: place in nodes(), and weight.
   std::vector<std::int32_t> place_;

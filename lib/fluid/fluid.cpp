@@ -7,6 +7,8 @@
 
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/reduce.hpp"
+#include "base/stop.hpp"
 #include "fluid/sweep.hpp"
 
 namespace veriflex::fluid {
@@ -37,7 +39,8 @@ constexpr std::array<std::int64_t, 3> velocity(int q) {
 
 /// A link that an obstacle cuts. After a step, be it even or odd, what each end sent along the link
 /// stands where the other end will look for it, so the two slots are exchanged. The inside of an obstacle is
-/// fluid with a wall of its own: nothing leaks, and no node is treated apart.
+/// a closed fluid of its own from which nothing leaks, so that the sweep treats no node apart; nobody is
+/// shown it: seen from outside an obstacle's nodes are at rest.
 struct CutLink {
   std::int64_t node, beyond;  // beyond = node + c(q), wrapped
   int q;                      // of a first-of-pair direction
@@ -48,11 +51,6 @@ struct Gain {
   std::int64_t node;
   int q;
   double value;
-};
-
-struct Cuts {
-  std::vector<CutLink> links;  // walls are the sweep's own matter
-  std::vector<Gain> gains;
 };
 
 /// The first axis whose wall the link from `at` along sign c(q) crosses, or -1.
@@ -70,18 +68,11 @@ std::int64_t neighbour(const Grid& grid, const std::array<std::int64_t, 3>& at, 
                     grid.wrap(at[2] + sign * v[2], 2));
 }
 
-void cut_links_of(const Spec& spec, const std::vector<bool>& is_obstacle, std::int64_t node, Cuts& cuts) {
+void add_gains_of(const Spec& spec, std::int64_t node, std::vector<Gain>& gains) {
   const auto at = spec.grid.node(node);
   for (int q = 1; q < Q; ++q) {
-    const std::int64_t beyond = neighbour(spec.grid, at, q);
     const int axis = crossed_wall(spec, at, q);
-    const bool into_obstacle = !is_obstacle.empty() && is_obstacle[static_cast<std::size_t>(node)] !=
-                                                           is_obstacle[static_cast<std::size_t>(beyond)];
-    if (axis < 0) {
-      const bool first_of_pair = q % 2 == 1;
-      if (into_obstacle && first_of_pair) cuts.links.push_back({node, beyond, q});
-      continue;
-    }
+    if (axis < 0) continue;
     const auto a = static_cast<std::size_t>(axis);
     const Walls& walls = *spec.walls[a];
     const bool high = velocity(q)[a] > 0;
@@ -89,21 +80,17 @@ void cut_links_of(const Spec& spec, const std::vector<bool>& is_obstacle, std::i
     const auto back = velocity(opposite(q));
     const double along = static_cast<double>(back[0]) * u[0] + static_cast<double>(back[1]) * u[1] +
                          static_cast<double>(back[2]) * u[2];
-    if (along != 0.0) cuts.gains.push_back({node, opposite(q), 6.0 * w(q) * along});
+    if (along != 0.0) gains.push_back({node, opposite(q), 6.0 * w(q) * along});
   }
 }
 
-Cuts cuts_of(const Spec& spec) {
-  Cuts cuts;
+/// Of all walls that move.
+std::vector<Gain> gains_of(const Spec& spec) {
   const Grid& grid = spec.grid;
-  std::vector<bool> is_obstacle;
-  if (!spec.obstacle.empty()) {
-    is_obstacle.resize(static_cast<std::size_t>(grid.count()));
-    for (const std::int64_t node : spec.obstacle) is_obstacle[static_cast<std::size_t>(node)] = true;
-  }
-  std::vector<std::int64_t> near;  // nodes that can have a cut link
+  std::vector<std::int64_t> near;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    if (!spec.walls[axis]) continue;
+    const std::optional<Walls>& walls = spec.walls[axis];
+    if (!walls || (walls->low_velocity.isZero(0.0) && walls->high_velocity.isZero(0.0))) continue;
     const std::size_t a = axis == 0 ? 1 : 0;
     const std::size_t b = axis == 2 ? 1 : 2;
     for (std::int64_t j = 0; j < grid.size[b]; ++j) {
@@ -117,14 +104,27 @@ Cuts cuts_of(const Spec& spec) {
       }
     }
   }
-  for (const std::int64_t node : spec.obstacle) {
-    near.push_back(node);
-    for (int q = 1; q < Q; ++q) near.push_back(neighbour(grid, grid.node(node), q));
-  }
   std::sort(near.begin(), near.end());
   near.erase(std::unique(near.begin(), near.end()), near.end());
-  for (const std::int64_t node : near) cut_links_of(spec, is_obstacle, node, cuts);
-  return cuts;
+  std::vector<Gain> gains;
+  for (const std::int64_t node : near) add_gains_of(spec, node, gains);
+  return gains;
+}
+
+/// Links between the obstacle and the fluid; those that cross a wall are the sweep's own matter.
+std::vector<CutLink> links_of(const Spec& spec, const std::vector<bool>& is_obstacle) {
+  std::vector<CutLink> links;
+  for (const std::int64_t node : spec.obstacle) {
+    const auto at = spec.grid.node(node);
+    for (int q = 1; q < Q; ++q) {
+      if (crossed_wall(spec, at, q) >= 0) continue;
+      const std::int64_t beyond = neighbour(spec.grid, at, q);
+      if (is_obstacle[static_cast<std::size_t>(beyond)]) continue;
+      const bool first_of_pair = q % 2 == 1;
+      links.push_back(first_of_pair ? CutLink{node, beyond, q} : CutLink{beyond, node, opposite(q)});
+    }
+  }
+  return links;
 }
 
 template <class Real>
@@ -148,9 +148,10 @@ class FluidOf final : public Fluid {
     lattice_.law = collision<Real>(spec_.relaxation_time, lattice_.forcing, {g[0], g[1], g[2]});
     for (std::size_t axis = 0; axis < 3; ++axis) lattice_.closed[axis] = spec_.walls[axis].has_value();
     for (std::int64_t x = 0; x < grid.size[0]; ++x) place_.push_back(lattice_.place(x));
-    const Cuts cuts = cuts_of(spec_);
-    gains_ = cuts.gains;
-    for (const CutLink& link : cuts.links) {
+    gains_ = gains_of(spec_);
+    if (!spec_.obstacle.empty()) is_obstacle_.resize(static_cast<std::size_t>(grid.count()));
+    for (const std::int64_t node : spec_.obstacle) is_obstacle_[static_cast<std::size_t>(node)] = true;
+    for (const CutLink& link : links_of(spec_, is_obstacle_)) {
       links_.push_back({slot(opposite(link.q), link.node) - base(), slot(link.q, link.beyond) - base()});
     }
     start([](std::int64_t) { return Populations{}; });
@@ -172,6 +173,7 @@ class FluidOf final : public Fluid {
   }
 
   void collide_and_stream(const NodeForces& forces) override {
+    stop_if_asked("fluid step", steps_ + 1);
     sweep(lattice_, odd());
     add(forces);
     ++steps_;
@@ -188,7 +190,8 @@ class FluidOf final : public Fluid {
     const auto count = static_cast<std::int64_t>(nodes.size());
 #pragma omp parallel for schedule(static)
     for (std::int64_t i = 0; i < count; ++i) {
-      h[static_cast<std::size_t>(i)] = arriving(nodes[static_cast<std::size_t>(i)]);
+      const std::int64_t node = nodes[static_cast<std::size_t>(i)];
+      h[static_cast<std::size_t>(i)] = inside(node) ? Populations{} : arriving(node);
     }
   }
 
@@ -197,22 +200,25 @@ class FluidOf final : public Fluid {
     u.resize(count, 3);
 #pragma omp parallel for schedule(static)
     for (std::int64_t i = 0; i < count; ++i) {
-      const Populations h = arriving(nodes[static_cast<std::size_t>(i)]);
+      const std::int64_t node = nodes[static_cast<std::size_t>(i)];
+      if (inside(node)) {
+        u.row(i).setZero();
+        continue;
+      }
+      const Populations h = arriving(node);
       u.row(i) = momentum(h).transpose() / (1.0 + density_deviation(h));
     }
   }
 
   Totals totals() const override {
     const Grid& grid = spec_.grid;
-    std::vector<bool> is_obstacle(spec_.obstacle.empty() ? 0 : static_cast<std::size_t>(grid.count()));
-    for (const std::int64_t node : spec_.obstacle) is_obstacle[static_cast<std::size_t>(node)] = true;
     std::vector<Totals> planes(static_cast<std::size_t>(grid.size[2]),
                                Totals{0.0, Vec3::Zero(), Vec3::Zero()});
 #pragma omp parallel for schedule(static)
     for (std::int64_t z = 0; z < grid.size[2]; ++z) {
       Totals& sum = planes[static_cast<std::size_t>(z)];
       for (std::int64_t node = grid.index(0, 0, z); node < grid.index(0, 0, z + 1); ++node) {
-        if (!is_obstacle.empty() && is_obstacle[static_cast<std::size_t>(node)]) continue;
+        if (inside(node)) continue;
         const Populations h = arriving(node);
         const auto [x, y, ignored] = grid.node(node);
         const Vec3 j = momentum(h);
@@ -238,14 +244,15 @@ class FluidOf final : public Fluid {
       const std::int64_t from = grid.index(0, 0, z);
       Extremes worst{INFINITY, from, 0.0, from};
       for (std::int64_t node = from; node < grid.index(0, 0, z + 1); ++node) {
+        if (inside(node)) continue;
         const Populations h = arriving(node);
         const double rho = 1.0 + density_deviation(h);
-        worse(worst, {rho, node, momentum(h).norm() / rho, node});
+        keep_worse(worst, {std::isfinite(rho) ? rho : NAN, node, momentum(h).norm() / rho, node});
       }
       planes[static_cast<std::size_t>(z)] = worst;
     }
     Extremes worst = planes.front();
-    for (const Extremes& plane : planes) worse(worst, plane);
+    for (const Extremes& plane : planes) keep_worse(worst, plane);
     return worst;
   }
 
@@ -280,13 +287,23 @@ class FluidOf final : public Fluid {
     return h;
   }
 
-  static void worse(Extremes& worst, const Extremes& other) {
-    if (!(other.least_density >= worst.least_density)) {
-      worst.least_density = other.least_density;
+  bool inside(std::int64_t node) const {
+    return !is_obstacle_.empty() && is_obstacle_[static_cast<std::size_t>(node)];
+  }
+
+  /// The first of two that are equally bad stays.
+  static void keep_worse(Extremes& worst, const Extremes& other) {
+    const auto replaces = [](double now, double by, double kept) {
+      return !std::isnan(now) && (std::isnan(by) || kept != now);
+    };
+    const double density = lesser(worst.least_density, other.least_density);
+    if (replaces(worst.least_density, other.least_density, density)) {
+      worst.least_density = density;
       worst.least_density_node = other.least_density_node;
     }
-    if (!(other.greatest_speed <= worst.greatest_speed) && !std::isnan(worst.greatest_speed)) {
-      worst.greatest_speed = other.greatest_speed;
+    const double speed = worse(worst.greatest_speed, other.greatest_speed);
+    if (replaces(worst.greatest_speed, other.greatest_speed, speed)) {
+      worst.greatest_speed = speed;
       worst.greatest_speed_node = other.greatest_speed_node;
     }
   }
@@ -316,6 +333,7 @@ class FluidOf final : public Fluid {
   Pages pages_;
   Lattice<Real> lattice_{};
   std::vector<std::int64_t> place_;  // of x in its row
+  std::vector<bool> is_obstacle_;    // empty without one
   std::vector<SlotPair> links_;
   std::vector<Gain> gains_;
 };

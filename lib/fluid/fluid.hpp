@@ -40,7 +40,9 @@ struct Spec {
   Vec3 body_force = Vec3::Zero();  // per volume  [M L^-2 T^-2]
   Scheme scheme = Scheme::FirstOrder;
   std::array<std::optional<Walls>, 3> walls{};  // absent: periodic
-  std::vector<std::int64_t> obstacle{};  // nodes inside of solid voxels, half-way bounce-back around them
+  /// Nodes inside of solid voxels, half-way bounce-back around them. They are at rest, whatever is asked of
+  /// them: no force acts on them, and they are in no sum.
+  std::vector<std::int64_t> obstacle{};
 };
 
 /// Axes with walls.
@@ -76,9 +78,9 @@ struct Totals {
   Vec3 staggered_momentum;  // sum (-1)^(x+y+z+t) rho u: conserved by D3Q15 too, and should stay small
 };
 
-/// The worst nodes; obstacle nodes included, which are at rest.
+/// The worst nodes outside of the obstacle.
 struct Extremes {
-  double least_density;
+  double least_density;  // not a number as soon as any node's is not finite
   std::int64_t least_density_node;
   double greatest_speed;  // of sum f c / rho; not a number as soon as any node is not  [L T^-1]
   std::int64_t greatest_speed_node;
@@ -97,7 +99,7 @@ class Fluid {
   /// Starts at step 0 from the deviations that `at` gives for each node; `at` is called by several threads.
   virtual void start(const std::function<Populations(std::int64_t node)>& at) = 0;
 
-  /// One step. Throws nothing: see extremes().
+  /// One step. Throws nothing but Stopped, before it does anything: see extremes().
   virtual void collide_and_stream(const NodeForces& forces = {}) = 0;
 
   /// Populations of some nodes before the next collision.

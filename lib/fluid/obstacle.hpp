@@ -1,6 +1,7 @@
 /// Shapes that are cut out of the fluid node by node, as a staircase of half-way bounce-back.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <variant>
 #include <vector>
@@ -24,7 +25,8 @@ struct Cylinder {
 
 using Shape = std::variant<Sphere, Cylinder>;
 
-/// Nodes nearer to the centre, or to its nearest periodic image, than the radius; in the order of the grid.
-std::vector<std::int64_t> voxels(const Grid& grid, const Shape& shape);
+/// Nodes nearer to the centre than the radius, in the order of the grid. Along an axis that is not `closed`
+/// by walls the nearest periodic image counts too.
+std::vector<std::int64_t> voxels(const Grid& grid, const Shape& shape, const std::array<bool, 3>& closed);
 
 }  // namespace veriflex::fluid

@@ -13,12 +13,18 @@
 
 namespace veriflex::io {
 
+namespace {
+
+using Overridden = std::map<const toml::node*, std::string>;  // what came from --set, with its text
+
+}  // namespace
+
 struct Section::Node {
   std::shared_ptr<const toml::table> document;  // keeps the nodes alive
   const toml::table* table;
   std::string file;
-  std::string name;                                     // dotted path of this table, empty at the top
-  std::map<const toml::node*, std::string> overridden;  // values that came from --set, with its text
+  std::string name;  // dotted path of this table, empty at the top
+  std::shared_ptr<const Overridden> overridden;
   std::set<std::string, std::less<>> read;
   std::set<std::string, std::less<>> asked;  // keys somebody knows, for suggestions
   std::vector<std::shared_ptr<Node>> below;
@@ -46,8 +52,10 @@ std::string type_name(const toml::node& node) {
   }
 }
 
-Place place_of(const toml::node& node, const std::string& file) {
-  return {file, node.source().begin.line, node.source().begin.column};
+Place place_of(const toml::node& node, const Section::Node& section) {
+  if (const auto set = section.overridden->find(&node); set != section.overridden->end())
+    return {set->second};
+  return {section.file, node.source().begin.line, node.source().begin.column};
 }
 
 // What `key` names inside a table, or `0`, `1`, ... inside an array; null when there is no such thing.
@@ -102,8 +110,29 @@ void refuse_deep_keys(std::string_view text, const std::string& file) {
   }
 }
 
+// All that stands in `node` comes from `setting`.
+void mark(const toml::node& node, const std::string& setting, Overridden& overridden) {
+  overridden.insert_or_assign(&node, "--set " + setting);
+  if (const toml::table* table = node.as_table()) {
+    for (const auto& [unused, value] : *table) mark(value, setting, overridden);
+  } else if (const toml::array* array = node.as_array()) {
+    for (const toml::node& value : *array) mark(value, setting, overridden);
+  }
+}
+
+// The table that a path of --set needs and the document lacks: a key of a table, or the next `[[name]]`.
+toml::node* added_table(toml::node& in, const std::string& key) {
+  if (toml::table* table = in.as_table(); table != nullptr && !key.empty()) {
+    return &table->insert_or_assign(key, toml::table{}).first->second;
+  }
+  toml::array* array = in.as_array();
+  if (array == nullptr || !array->is_array_of_tables() || key != std::to_string(array->size()))
+    return nullptr;
+  return &array->emplace_back(toml::table{});
+}
+
 void apply_override(toml::table& document, const std::string& setting, const std::string& file,
-                    std::map<const toml::node*, std::string>& overridden) {
+                    Overridden& overridden) {
   const auto bad = [&](const std::string& problem, const std::string& why, const std::string& suggestion) {
     throw InputError({}, fmt::format("--set {}: {}", setting, problem), why, suggestion);
   };
@@ -129,8 +158,14 @@ void apply_override(toml::table& document, const std::string& setting, const std
     last = last.substr(dot + 1);
     toml::node* next = entry(*at, key);
     if (next == nullptr) {
-      bad(fmt::format("{} has no '{}'", file, key), "the tables on the way to the key must exist",
-          "Look at the case file for its tables");
+      next = added_table(*at, key);
+      if (next == nullptr) {
+        bad(fmt::format("{} has no '{}'", file, key),
+            "a table can be added to a table or behind the last of "
+            "[[...]]",
+            "Look at the case file for its tables");
+      }
+      mark(*next, setting, overridden);
     }
     at = next;
   }
@@ -139,7 +174,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
     bad(fmt::format("'{}' is not inside a table of {}", path, file), "", "Look at the case file");
   }
   table->insert_or_assign(last, std::move(*parsed.get("value")));
-  overridden.insert_or_assign(table->get(last), "--set " + setting);
+  mark(*table->get(last), setting, overridden);
 }
 
 // The section of a table below `parent`, the same one however often it is asked for.
@@ -280,7 +315,15 @@ std::vector<std::string> Section::texts(const std::string& key) const {
     if (!value || value->empty())
       fail(key, fmt::format("'{}' holds {}", key, value ? "empty text" : type_name(item)), "texts are needed",
            "Write them in quotes");
+    if (value->find('\0') != std::string::npos) {
+      fail(key, fmt::format("'{}' holds a zero byte", key), "a result file could not keep what follows it",
+           "Remove it");
+    }
     values.push_back(*value);
+  }
+  if (values.size() > longest_list) {
+    fail(key, fmt::format("'{}' holds {} texts", key, values.size()),
+         fmt::format("a result file keeps {}", longest_list), "Shorten it");
   }
   return values;
 }
@@ -336,13 +379,12 @@ std::vector<std::string> Section::keys() const {
   return names;
 }
 
-Place Section::place() const { return place_of(*node_->table, node_->file); }
+Place Section::place() const { return place_of(*node_->table, *node_); }
 
 Place Section::place(const std::string& key) const {
   const toml::node* node = node_->table->get(key);
   if (node == nullptr) return place();
-  if (const auto set = node_->overridden.find(node); set != node_->overridden.end()) return {set->second};
-  return place_of(*node, node_->file);
+  return place_of(*node, *node_);
 }
 
 void Section::fail(const std::string& key, const std::string& problem, const std::string& why,
@@ -413,7 +455,9 @@ Section parse_document(const std::string& text, const std::string& file,
                      std::string(error.description()), "Mend the line");
   }
   auto top = std::make_shared<Section::Node>();
-  for (const std::string& setting : overrides) apply_override(*document, setting, file, top->overridden);
+  Overridden overridden;
+  for (const std::string& setting : overrides) apply_override(*document, setting, file, overridden);
+  top->overridden = std::make_shared<const Overridden>(std::move(overridden));
   top->document = document;
   top->table = document.get();
   top->file = file;

@@ -13,6 +13,10 @@
 
 namespace veriflex::io {
 
+/// What the longest list of texts may hold: the lists of a case become attributes of its result file, which
+/// HDF5 limits to 64 KiB.
+inline constexpr std::size_t longest_list = 2000;
+
 /// One table of a document. A copy refers to the same table. Every reader throws InputError with file, line
 /// and column when the value is missing (for the forms without default), of another type, or not finite where
 /// a number is asked for.
@@ -71,8 +75,9 @@ class Section {
 };
 
 /// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare
-/// word is taken as text). `[[name]]` entries are addressed as `name.0`. An override of a key the document
-/// lacks adds it, and a reader that does not know it will object. Throws InputError.
+/// word is taken as text). `[[name]]` entries are addressed as `name.0`; the number after the last adds one.
+/// An override of a key or table that the document lacks adds it, and a reader that does not know it will
+/// object. Throws InputError.
 Section parse_document(const std::string& text, const std::string& file,
                        const std::vector<std::string>& overrides = {});
 

@@ -3,13 +3,34 @@
 #include <fmt/format.h>
 #include <hdf5.h>
 
+#include <algorithm>
+#include <atomic>
 #include <stdexcept>
+#include <string_view>
 
 #include "base/error.hpp"
+#include "io/file.hpp"
 
 namespace veriflex::io {
 
 namespace {
+
+// What stands before the HDF5 structure: a multiple of 512 bytes that is a power of two, which every HDF5
+// library skips ("user block"). The library crashes on some damaged files, so they must not come before it.
+constexpr std::size_t seal_size = 512;
+constexpr std::string_view seal_name = "veriflex-result";
+
+// Files in memory that are open at the same time are told apart by name.
+std::string new_name() {
+  static std::atomic<unsigned> count = 0;
+  return fmt::format("in-memory-{}", count++);
+}
+
+std::string seal_of(std::string_view structure) {
+  std::string seal = fmt::format("{}\nbytes {}\nsha256 {}\n", seal_name, structure.size(), sha256(structure));
+  seal.resize(seal_size, '\n');
+  return seal;
+}
 
 // An HDF5 identifier with the function that closes it.
 class Handle {
@@ -78,7 +99,7 @@ Hdf5Image::Hdf5Image() {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file properties");
   check(H5Pset_fapl_core(access, std::size_t{1} << 20, false), "file properties");
-  file_ = H5Fcreate("in-memory", H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  file_ = H5Fcreate(new_name().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
   if (file_ < 0) throw std::runtime_error("HDF5 library: cannot make a file in memory");
 }
 
@@ -125,10 +146,13 @@ std::vector<char> Hdf5Image::bytes() const {
   check(H5Fflush(file_, H5F_SCOPE_GLOBAL), "the file");
   const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
   if (size < 0) throw std::runtime_error("HDF5 library: cannot read back the file made in memory");
-  std::vector<char> image(static_cast<std::size_t>(size));
-  if (H5Fget_file_image(file_, image.data(), image.size()) != size) {
+  std::vector<char> image(seal_size + static_cast<std::size_t>(size));
+  char* const structure = image.data() + seal_size;
+  if (H5Fget_file_image(file_, structure, static_cast<std::size_t>(size)) != size) {
     throw std::runtime_error("HDF5 library: cannot read back the file made in memory");
   }
+  const std::string seal = seal_of({structure, static_cast<std::size_t>(size)});
+  std::copy(seal.begin(), seal.end(), image.begin());
   return image;
 }
 
@@ -172,7 +196,24 @@ std::vector<std::string> taken(std::vector<char*>& raw, hid_t type, hid_t space)
 
 Hdf5File::Hdf5File(const std::filesystem::path& path) : name_(path.string()) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
-  file_ = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  const std::string seal = read_start(path, seal_size);
+  if (!seal.starts_with(seal_name)) {
+    throw InputError({name_}, "has no checksum in front", "no result file, or one of an earlier version",
+                     "Run the case again, or remove the file");
+  }
+  // Its size first: what is no result may be too large to be read at all.
+  std::error_code unknown;
+  const auto size = std::filesystem::file_size(path, unknown);
+  const bool has_size = seal.find(fmt::format("\nbytes {}\n", size - seal.size())) != std::string::npos;
+  std::string bytes = has_size ? read_file(path) : std::string();
+  if (bytes.size() < seal_size || seal != seal_of(std::string_view(bytes).substr(seal_size))) {
+    throw InputError({name_}, "does not match its checksum", "damaged or truncated",
+                     "Run the case again, or remove the file");
+  }
+  const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file properties");
+  check(H5Pset_fapl_core(access, std::size_t{1} << 20, false), "file properties");
+  check(H5Pset_file_image(access, bytes.data() + seal_size, bytes.size() - seal_size), "file properties");
+  file_ = H5Fopen(new_name().c_str(), H5F_ACC_RDONLY, access);
   if (file_ < 0) damaged(name_, "HDF5 structure");
 }
 

@@ -30,15 +30,15 @@ class Hdf5Image {
   void attribute(const std::string& path, const std::string& name, std::int64_t value);
   void attribute(const std::string& path, const std::string& name, const std::vector<std::string>& values);
 
-  /// The bytes of the file so far.
+  /// The bytes of the file so far: 512 bytes with the SHA-256 of what follows, then the HDF5 structure.
   std::vector<char> bytes() const;
 
  private:
   std::int64_t file_;
 };
 
-/// A file opened for reading. Every function throws InputError when the file is no HDF5 file, is damaged, or
-/// lacks what is asked for.
+/// A file opened for reading, after its checksum was verified. Every function throws InputError when the file
+/// was not made by Hdf5Image, is damaged, or lacks what is asked for.
 class Hdf5File {
  public:
   explicit Hdf5File(const std::filesystem::path& path);

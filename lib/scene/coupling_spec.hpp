@@ -26,7 +26,7 @@ struct CouplingSpec {
   int iterations = 1;  // more: F_int is corrected by the slip that it would leave, fluid at rest meanwhile
   Vec3 origin = Vec3::Zero();  // where the body's origin stands in the box  [L]
   bool force = false;          // runs even where the exchange is known to be unstable
-  int axis = 2;                // along which the body's own z axis points
+  int axis = 2;                // of the box, along which the body's own z axis points
 };
 
 }  // namespace veriflex::scene

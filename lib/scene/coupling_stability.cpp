@@ -1,13 +1,17 @@
 #include "scene/coupling_stability.hpp"
 
-#include <Spectra/GenEigsSolver.h>
+#include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+#include <optional>
 #include <random>
 
-#include "solid/freedom.hpp"
-#include "solid/modes.hpp"
+#include "base/error.hpp"
+#include "scene/alternating_growth.hpp"
 
 namespace veriflex::scene {
 
@@ -15,173 +19,168 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-constexpr Eigen::Index dense_size = 200;  // of the state; below, a dense solver is faster and cannot fail
-constexpr int warming_steps = 200;        // what decays is gone
-constexpr int krylov_size = 30;
-constexpr int most_restarts = 40;
-constexpr double tolerance = 1e-7;
-constexpr double nothing = 1e-6;  // a node mass below which none is looked for  [M]
-
-/// One step as Simulation and Leapfrog make it. The elastic force f = - K u takes the displacement's place:
-/// in u a rigid motion grows with time at constant velocity, which is no instability, and in f it is nothing.
-class Step {
- public:
-  using Scalar = double;
-
-  Step(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling, double memory)
-      : coupling_(coupling),
-        memory_(memory),
-        transfer_(fluid.grid, closed(fluid), coupling.delta),
-        freedom_(prescribed(body)),
-        stiffness_(solid::free_hessian(body.material, body.network, at_rest(body), prescribed(body))),
-        nodes_(coupled_nodes(body.network, coupling)) {
-    const Positions rest = at_rest(body);
-    substeps_ = solid::Leapfrog(body.material, body.network, body.conditions, 1.0, body.substeps, rest, rest)
-                    .substeps();
-    step_ = 1.0 / substeps_;
-    half_drag_ = 0.5 * body.conditions.drag * step_ / body.conditions.node_mass;
-    kick_ = step_ / body.conditions.node_mass / (1.0 + half_drag_);
-    Positions markers(static_cast<Eigen::Index>(nodes_.size()), 3);
-    for (std::size_t i = 0; i < nodes_.size(); ++i) {
-      markers.row(static_cast<Eigen::Index>(i)) =
-          body.network.rest.row(nodes_[i]) + coupling.origin.transpose();
-    }
-    transfer_.locate(markers);
-    for (int axis = 0; axis < 3; ++axis) {
-      for (const std::int32_t node : nodes_) {
-        place_.push_back(freedom_.number[axis * body.network.node_count() + node]);
-      }
-    }
-  }
-
-  // For Spectra: size of the state (f, v, W), and the state a step later.
-  Eigen::Index rows() const { return 2 * freedom_.count + static_cast<Eigen::Index>(place_.size()); }
-  Eigen::Index cols() const { return rows(); }
-  void perform_op(const double* before, double* after) const {
-    Eigen::Map<Vector>(after, rows()) = next(Eigen::Map<const Vector>(before, rows()));
-  }
-
-  Vector next(const Vector& state) const {
-    Vector f = state.head(freedom_.count);
-    Vector v = state.segment(freedom_.count, freedom_.count);
-    const auto markers = static_cast<Eigen::Index>(nodes_.size());
-    Positions W = Eigen::Map<const Positions>(state.data() + 2 * freedom_.count, markers, 3);
-
-    Positions wanted = W;
-    coupling::add_further_rounds(transfer_, W - at_markers(v), coupling_.marker_volume, coupling_.iterations,
-                                 wanted);
-    Positions force = coupling_.marker_volume * (wanted - at_markers(v));
-    Positions mean = Positions::Zero(markers, 3);
-    for (int i = 0; i < substeps_; ++i) {
-      v *= (1.0 - half_drag_) / (1.0 + half_drag_);
-      if (coupling_.live && i > 0) force = coupling_.marker_volume * (wanted - at_markers(v));
-      mean += force / substeps_;
-      v += kick_ * f;
-      for (Eigen::Index m = 0; m < force.size(); ++m) {
-        const int place = place_[static_cast<std::size_t>(m)];
-        if (place >= 0) v[place] += kick_ * force.data()[m];
-      }
-      f -= step_ * (stiffness_ * v);
-    }
-    W = memory_ * (W - exchanged(mean));
-
-    Vector after(rows());
-    after << f, v, Eigen::Map<const Vector>(W.data(), W.size());
-    return after;
-  }
-
-  /// A state without elastic force.
-  Vector start() const {
-    std::mt19937 random(1);  // its numbers are the same everywhere
-    Vector state = Vector::Zero(rows());
-    for (Eigen::Index i = freedom_.count; i < state.size(); ++i) {
-      state[i] = 2.0 * static_cast<double>(random()) / 4294967296.0 - 1.0;
-    }
-    return state;
-  }
-
- private:
-  static Positions at_rest(const Body& body) { return Positions::Zero(body.network.node_count(), 3); }
-  static solid::Held prescribed(const Body& body) {
-    solid::Held held = body.conditions.held;
-    if (held.size() == 0) held = solid::Held::Constant(body.network.node_count(), 3, false);
-    if (const auto& drive = body.conditions.drive) {
-      for (const std::int32_t node : drive->nodes) held(node, drive->axis) = true;
-    }
-    return held;
-  }
-
-  Positions at_markers(const Vector& v) const {
-    Positions values(static_cast<Eigen::Index>(nodes_.size()), 3);
-    for (Eigen::Index m = 0; m < values.size(); ++m) {
-      const int place = place_[static_cast<std::size_t>(m)];
-      values.data()[m] = place < 0 ? 0.0 : v[place];
-    }
-    return values;
-  }
-
-  /// A F
-  Positions exchanged(const Positions& F) const {
-    Positions spread, back;
-    transfer_.spread(F, spread);
-    transfer_.interpolate(spread, back);
-    return back;
-  }
-
-  CouplingSpec coupling_;
-  double memory_;
-  coupling::Transfer transfer_;
-  solid::Freedom freedom_;
-  Eigen::SparseMatrix<double> stiffness_;
-  std::vector<std::int32_t> nodes_;
-  std::vector<int> place_;  // of each coupled coordinate among the free ones; -1 where prescribed
-  int substeps_;
-  double step_, half_drag_, kick_;
-};
+constexpr Eigen::Index dense_size = 250;  // of the state; below, a dense solver is faster and cannot fail
 
 }  // namespace
 
-double coupling_growth(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
-                       double memory) {
-  Step step(fluid, body, coupling, memory);
-  if (step.rows() <= dense_size) {
-    Eigen::MatrixXd map(step.rows(), step.cols());
-    for (Eigen::Index i = 0; i < step.cols(); ++i) map.col(i) = step.next(Vector::Unit(step.rows(), i));
-    return std::max(1.0, Eigen::EigenSolver<Eigen::MatrixXd>(map, false).eigenvalues().cwiseAbs().maxCoeff());
-  }
-  Vector state = step.start();
-  for (int i = 0; i < warming_steps; ++i) state = step.next(state).normalized();
-  Spectra::GenEigsSolver<Step> solver(step, 1, krylov_size);
-  solver.init(state.data());
-  solver.compute(Spectra::SortRule::LargestMagn, most_restarts, tolerance);
-  // A motion that grows stands apart from the many that neither grow nor decay, and is found; these are so
-  // close to each other that none is, and then nothing grows.
-  const auto found = solver.eigenvalues();
-  return found.size() > 0 ? std::max(1.0, found.cwiseAbs().maxCoeff()) : 1.0;
+Growth dense_growth(const CoupledStep& step) {
+  Eigen::MatrixXd map(step.size(), step.size());
+  for (Eigen::Index i = 0; i < step.size(); ++i) map.col(i) = step.next(Vector::Unit(step.size(), i));
+  if (!map.allFinite()) return {INFINITY, growth_resolution};
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(map, false);
+  if (solver.info() != Eigen::Success) throw NumericalFailure("the growth of the exchange was not found");
+  return {std::max(1.0, solver.eigenvalues().cwiseAbs().maxCoeff()), growth_resolution};
 }
 
-double critical_node_mass(const fluid::Spec& fluid, Body body, const CouplingSpec& coupling, double accuracy,
-                          double memory) {
-  const auto grows = [&](double mass) {
-    body.conditions.node_mass = mass;
-    return coupling_growth(fluid, body, coupling, memory) > 1.0 + growth_resolution;
+namespace {
+
+/// A small motion of body and fluid without pattern, less what neither grows nor decays.
+Vector start_of(const CoupledStep& step) {
+  std::mt19937 random(1);  // its numbers are the same everywhere
+  Vector state(step.size());
+  for (double& x : state) x = 2.0 * static_cast<double>(random()) / 4294967296.0 - 1.0;
+  state.head(step.free_count()) = step.stiffness() * state.head(step.free_count()).eval();
+  return (step.next(state) - state).eval();
+}
+
+/// The eigenvalue of largest magnitude in the Krylov space of a state, if its residual shows that it is one.
+std::optional<double> eigenvalue_near(const CoupledStep& step, const Vector& state) {
+  constexpr Eigen::Index dimensions = 20;
+  constexpr double residual = 1e-8;
+  Eigen::MatrixXd basis(state.size(), dimensions);
+  Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(dimensions, dimensions);
+  basis.col(0) = state.normalized();
+  Eigen::Index size = 0;
+  while (size < dimensions) {
+    Vector image = step.next(basis.col(size));
+    const double length = image.norm();
+    for (int twice = 0; twice < 2; ++twice) {
+      const Vector along = basis.leftCols(size + 1).transpose() * image;
+      projected.col(size).head(size + 1) += along;
+      image -= basis.leftCols(size + 1) * along;
+    }
+    ++size;
+    if (size == dimensions || !(image.norm() > 1e-10 * length)) break;  // all of the space, or none left
+    projected(size, size - 1) = image.norm();
+    basis.col(size) = image.normalized();
+  }
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(projected.topLeftCorner(size, size));
+  if (solver.info() != Eigen::Success) return std::nullopt;
+  Eigen::Index most = 0;
+  solver.eigenvalues().cwiseAbs().maxCoeff(&most);
+  const std::complex<double> value = solver.eigenvalues()[most];
+  const Eigen::VectorXcd vector = basis.leftCols(size) * solver.eigenvectors().col(most);
+  Eigen::VectorXcd image(vector.size());
+  image.real() = step.next(vector.real());
+  image.imag() = step.next(vector.imag());
+  if (!((image - value * vector).norm() <= residual * std::abs(value) * vector.norm())) return std::nullopt;
+  return std::abs(value);
+}
+
+/// Many steps of the map. A motion that grows comes to stand alone, and its factor is then an eigenvalue's;
+/// where several grow about alike it is the mean over the last half of the steps. What has not shown by the
+/// end grows by less than the resolution, from a share of 1e-6 of the start.
+Growth growth_in_time(const CoupledStep& step, int steps) {
+  constexpr int between_looks = 250;
+  constexpr double least_share = 1e-6;
+  Vector state = start_of(step);
+  double grown = -std::log(state.norm()), middle = 0.0, end = 0.0;  // logarithms
+  for (int i = 1; i <= steps; ++i) {
+    const double size = state.norm();
+    if (size == 0.0) return {1.0, growth_resolution};
+    if (!std::isfinite(size)) return {INFINITY, growth_resolution};
+    grown += std::log(size);
+    state = step.next(state / size);
+    end = grown + std::log(state.norm());
+    if (i == steps / 2) middle = end;
+    if (i % between_looks != 0 || !state.allFinite()) continue;
+    if (const auto found = eigenvalue_near(step, state); found && *found > 1.0 + growth_resolution) {
+      return {*found, growth_resolution};
+    }
+  }
+  constexpr double least_growth = 4.0;  // in the last half of the steps; what swings does not grow that much
+  if (end - middle > std::log(least_growth)) {
+    return {std::exp((end - middle) / (steps - steps / 2)), growth_resolution};
+  }
+  return {1.0, std::exp((std::max(end, 0.0) - std::log(least_share)) / steps) - 1.0};
+}
+
+constexpr int steps_for_growth = 4000;
+constexpr int steps_for_mass = 1500;
+
+Growth growth_of_large(const CoupledStep& step, const Scales& scales, int steps) {
+  if (const auto alternating = AlternatingGrowth::of(step, scales)) {
+    return {alternating->factor(), alternating->own_growth()};
+  }
+  return growth_in_time(step, steps);
+}
+
+bool grows(const CoupledStep& step, const Scales& scales) {
+  if (step.size() <= dense_size) return dense_growth(step).grows();
+  if (const auto alternating = AlternatingGrowth::of(step, scales)) {
+    return alternating->exceeds(1.0 + growth_resolution);
+  }
+  return growth_in_time(step, steps_for_mass).grows();
+}
+
+}  // namespace
+
+Growth large_growth(const CoupledStep& step) {
+  return growth_of_large(step, scales_of(step), steps_for_growth);
+}
+
+Growth coupling_growth(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
+                       FluidMemory memory) {
+  const CoupledStep step(fluid, body, coupling, memory);
+  return step.size() <= dense_size ? dense_growth(step) : large_growth(step);
+}
+
+double answered_slip(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling) {
+  return scales_of(CoupledStep(fluid, body, coupling, FluidMemory::Keeps)).answered;
+}
+
+double critical_node_mass(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
+                          double accuracy, FluidMemory memory) {
+  constexpr double stride = 1.5;
+  constexpr int most_strides = 40;
+  CoupledStep step(fluid, body, coupling, memory);
+  const Scales scales = scales_of(step);
+  if (memory == FluidMemory::Keeps && step.couples_free_coordinates() && scales.answered >= 2.0) {
+    throw NumericalFailure(fmt::format(
+        "no node mass is stable: marker volume times the largest eigenvalue of interpolate and spread "
+        "is {:.4g}, and from 2 on each step turns a slip into a larger one",
+        scales.answered));
+  }
+  const auto grows_at = [&](double mass) {
+    step.set_node_mass(mass);
+    return grows(step, scales);
   };
-  double stable = body.conditions.node_mass, unstable = stable;
-  if (grows(stable)) {
-    while (grows(stable)) {
+  // The masses that stiffness and force alone would ask for.
+  const double n = step.substeps();
+  double stable = 0.25 * scales.stiffness / (n * n);
+  if (step.couples_free_coordinates()) stable += step.marker_volume();
+  if (!(stable > 0.0)) return 0.0;
+  double unstable = stable;
+  int strides = 0;
+  if (grows_at(stable)) {
+    while (grows_at(stable)) {
       unstable = stable;
-      stable *= 1.25;
+      stable *= stride;
+      if (++strides > most_strides) {
+        throw NumericalFailure(fmt::format("no node mass up to {:.3g} is stable", stable));
+      }
     }
   } else {
-    while (!grows(unstable)) {
+    while (!grows_at(unstable)) {
       stable = unstable;
-      unstable /= 1.25;
-      if (unstable < nothing) return 0.0;
+      unstable /= stride;
+      if (++strides > most_strides) return 0.0;
     }
   }
   while (stable - unstable > accuracy * unstable) {
     const double middle = 0.5 * (stable + unstable);
-    (grows(middle) ? unstable : stable) = middle;
+    if (!(middle > unstable && middle < stable)) break;  // no number between them
+    (grows_at(middle) ? unstable : stable) = middle;
   }
   return stable;
 }

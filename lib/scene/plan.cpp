@@ -115,14 +115,14 @@ void plan_fluid(const fluid::Spec& spec, Plan& plan) {
       {"fields", "density, velocity and stress exist only where an observation asks for them"});
 }
 
-std::string words_of(const CouplingSpec& coupling, bool of_solid) {
+std::string words_of(const CouplingSpec& coupling, const std::string& exchange) {
   const std::string nodes = coupling.coupled == Coupled::Boundary ? "boundary nodes"
                             : coupling.coupled == Coupled::Ring   ? "the surface's nodes without end caps"
                             : coupling.coupled == Coupled::All    ? "all nodes"
                                                                   : "listed nodes";
   const std::string delta =
       coupling::visit(coupling.delta, [](auto kernel) { return std::string(kernel.name); });
-  if (!of_solid) return fmt::format("markers in prescribed motion, {} delta", delta);
+  if (!exchange.empty()) return fmt::format("{}, {} delta", exchange, delta);
   return fmt::format("{}, {} delta, force {}", nodes, delta,
                      coupling.live ? "live over the sub-steps" : "held over the sub-steps");
 }
@@ -143,7 +143,7 @@ Plan plan(const Scene& scene) {
     plan.left_out.push_back({"fluid", "the case names none"});
   }
   if (scene.coupling) {
-    plan.built.push_back({"coupling", words_of(*scene.coupling, scene.solid.has_value()), 0.0});
+    plan.built.push_back({"coupling", words_of(*scene.coupling, scene.exchange), 0.0});
   } else {
     plan.left_out.push_back({"coupling", "no body meets a fluid"});
   }

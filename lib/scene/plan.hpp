@@ -26,6 +26,7 @@ struct Scene {
   bool moves = false;    // whether it has velocities
   std::optional<fluid::Spec> fluid{};
   std::optional<CouplingSpec> coupling{};  // of a body and the fluid
+  std::string exchange{};  // that coupling in words, where the study varies it or lays its own markers
   bool is_free = false;  // no coordinate of it is held or driven
 };
 

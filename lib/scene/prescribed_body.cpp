@@ -3,7 +3,7 @@
 namespace veriflex::scene {
 
 PrescribedBody::PrescribedBody(const fluid::Spec& fluid, const Forcing& forcing)
-    : forcing_(forcing), transfer_(fluid.grid, closed(fluid), forcing.delta) {}
+    : forcing_(forcing), transfer_(fluid.grid, closed(fluid), forcing.delta, fluid.obstacle) {}
 
 void PrescribedBody::place(const Positions& X) { transfer_.locate(X); }
 

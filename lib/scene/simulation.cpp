@@ -58,10 +58,8 @@ std::vector<std::int32_t> coupled_nodes(const solid::Network& network, const Cou
   if (coupling.coupled == Coupled::Boundary) return solid::boundary_nodes(network);
   if (coupling.coupled == Coupled::Listed) return listed_nodes(network, coupling.listed);
   std::vector<int> across(static_cast<std::size_t>(network.node_count()));
-  Eigen::Index along = 0;  // axis of the body: its longest extent
-  (network.rest.colwise().maxCoeff() - network.rest.colwise().minCoeff()).maxCoeff(&along);
   for (std::size_t b = 0; b < network.bonds.size(); ++b) {
-    if (network.vectors(static_cast<Eigen::Index>(b), along) != 0.0) continue;
+    if (network.vectors(static_cast<Eigen::Index>(b), coupling.axis) != 0.0) continue;
     ++across[static_cast<std::size_t>(network.bonds[b].first)];
     ++across[static_cast<std::size_t>(network.bonds[b].second)];
   }
@@ -72,11 +70,20 @@ std::vector<std::int32_t> coupled_nodes(const solid::Network& network, const Cou
   return nodes;
 }
 
+Positions markers_at_rest(const solid::Network& network, const CouplingSpec& coupling) {
+  const std::vector<std::int32_t> nodes = coupled_nodes(network, coupling);
+  Positions X(static_cast<Eigen::Index>(nodes.size()), 3);
+  for (std::size_t m = 0; m < nodes.size(); ++m) {
+    X.row(static_cast<Eigen::Index>(m)) = network.rest.row(nodes[m]) + coupling.origin.transpose();
+  }
+  return X;
+}
+
 Simulation::Simulation(const fluid::Spec& fluid, Body body, const CouplingSpec& coupling)
     : coupling_(coupling),
       body_(std::move(body)),
       coupled_(coupled_nodes(body_.network, coupling)),
-      transfer_(fluid.grid, closed(fluid), coupling.delta),
+      transfer_(fluid.grid, closed(fluid), coupling.delta, fluid.obstacle),
       fluid_(fluid::make_fluid(fluid)),
       motion_(body_.material, body_.network, body_.conditions, 1.0, body_.substeps,
               Positions::Zero(body_.network.node_count(), 3), Positions::Zero(body_.network.node_count(), 3)),

@@ -23,6 +23,9 @@ Positions turned(const Positions& body, int axis);
 /// network or listed twice.
 std::vector<std::int32_t> coupled_nodes(const solid::Network& network, const CouplingSpec& coupling);
 
+/// Where these nodes of the undeformed body stand in the box, one row each  [L].
+Positions markers_at_rest(const solid::Network& network, const CouplingSpec& coupling);
+
 struct Body {
   solid::Material material;
   solid::Network network;        // already turned

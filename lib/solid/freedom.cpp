@@ -16,15 +16,6 @@ using Sparse = Eigen::SparseMatrix<double>;
 // Eigenvalues of the Hessian below this part of its norm are zero: rounding leaves up to about 1e-15 of it.
 constexpr double zero_mode = 1e-12;
 
-// How many eigenvalues of h lie below `shift`, by Sylvester's law of inertia.
-Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
-  Sparse shifted = h;
-  for (Eigen::Index i = 0; i < h.rows(); ++i) shifted.coeffRef(i, i) -= shift;
-  const Cholesky factor(shifted);
-  if (factor.info() != Eigen::Success) throw NumericalFailure("singular: its zero modes cannot be counted");
-  return (factor.vectorD().array() < 0.0).count();
-}
-
 [[noreturn]] void fail_as_singular(const Sparse& h, int newton_step) {
   const double small = zero_mode * infinity_norm(h);
   // For a matrix of zeros (all bonds slack) every mode is a zero mode.
@@ -38,6 +29,14 @@ Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
 }
 
 }  // namespace
+
+Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
+  Sparse shifted = h;
+  for (Eigen::Index i = 0; i < h.rows(); ++i) shifted.coeffRef(i, i) -= shift;
+  const Cholesky factor(shifted);
+  if (factor.info() != Eigen::Success) throw NumericalFailure("singular: its zero modes cannot be counted");
+  return (factor.vectorD().array() < 0.0).count();
+}
 
 Freedom::Freedom(const Held& held) : number(held.size()) {
   for (Eigen::Index i = 0; i < held.size(); ++i) number[i] = held.data()[i] ? -1 : count++;

@@ -27,6 +27,10 @@ using Cholesky = Eigen::SimplicialLDLT<Eigen::SparseMatrix<double>>;
 /// "unstable: N negative", or of an h that is not finite, with the Newton step in which it happened.
 void factorize_stable(Cholesky& factor, const Eigen::SparseMatrix<double>& h, int newton_step);
 
+/// How many eigenvalues of h lie below `shift`, by Sylvester's law of inertia. Throws NumericalFailure where
+/// one lies on it.
+Eigen::Index eigenvalues_below(const Eigen::SparseMatrix<double>& h, double shift);
+
 /// Largest absolute row sum.
 double infinity_norm(const Eigen::SparseMatrix<double>& h);
 

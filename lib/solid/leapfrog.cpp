@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/reduce.hpp"
+#include "base/stop.hpp"
 #include "solid/modes.hpp"
 #include "solid/undefined.hpp"
 
@@ -79,6 +80,7 @@ void Leapfrog::prescribe(double time, double substep) {
 
 template <class Extra>
 void Leapfrog::advance(Extra extra_kick) {
+  stop_if_asked("step", steps_ + 1);
   if (wanted_.safety > 0.0) {
     double stiffest = 0.0;
     for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {

@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/reduce.hpp"
+#include "base/stop.hpp"
 #include "solid/freedom.hpp"
 #include "solid/undefined.hpp"
 
@@ -83,6 +84,7 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration <= most_iterations; ++iteration) {
+    stop_if_asked("Newton step", iteration);
     const Eigen::SparseMatrix<double> h = freedom.restrict(hessian(law, angle, network, now.work));
     const double stiffest = infinity_norm(h);
     const double force = worse(force_scale(law, now.work), largest_magnitude(load));

@@ -2,9 +2,14 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
+#include <numbers>
 
 #include "drivers/drivers.hpp"
+#include "engine/convergence.hpp"
 #include "engine/read_scene.hpp"
 
 namespace veriflex::drivers {
@@ -14,6 +19,10 @@ namespace channel {
 namespace {
 
 constexpr std::int64_t most_across = 4096;
+constexpr double least_velocity = 1e-30;  // its square and that of its rounding are still numbers in float
+
+/// The least change per step that is asked for: a few roundings of the velocity over 100 steps.
+double steady_within_reach(fluid::Storage storage) { return 4.0 * least_change(storage); }
 
 std::vector<std::int64_t> read_resolutions(const io::Section& t) {
   const std::vector<std::int64_t> nodes = t.integers("resolutions");
@@ -44,24 +53,50 @@ Common read_common(const io::Section& top) {
   return common;
 }
 
-double read_velocity(const io::Section& t) {
+double read_velocity(const io::Section& t, const Common& common) {
   const double velocity = t.number("velocity");
+  const double least = velocity * static_cast<double>(common.resolutions.front()) /
+                       static_cast<double>(common.resolutions.back());
   if (!(velocity > 0.0)) {
     t.fail("velocity", fmt::format("'velocity' is {}", velocity), "nothing would flow",
+           "Give for example 0.01");
+  }
+  if (least < least_velocity) {
+    t.fail("velocity", fmt::format("'velocity' is {}", velocity),
+           fmt::format("below {} at the finest resolution squares are lost to underflow", least_velocity),
            "Give for example 0.01");
   }
   return velocity;
 }
 
-Steady read_steady(const io::Section& t, double change) {
-  const Steady steady{t.number("steady_change", change), t.has("step_limit")
-                                                             ? t.integer("step_limit", 100, 1'000'000'000'000)
-                                                             : std::int64_t{1'000'000}};
-  if (!(steady.change > 0.0)) {
+Steady read_steady(const io::Section& t, double change, fluid::Storage storage) {
+  const double least = steady_within_reach(storage);
+  const Steady steady{
+      t.number("steady_change", std::max(change, least)),
+      t.has("step_limit") ? t.integer("step_limit", 100, 1'000'000'000'000) : std::int64_t{1'000'000}};
+  if (!(steady.change >= least)) {
     t.fail("steady_change", fmt::format("'steady_change' is {}", steady.change),
-           "round-off never comes to rest", "Give for example 1e-12");
+           fmt::format("rounding alone changes velocities of populations in {} by up to {:.2g} a step, mean "
+                       "over 100, and never comes to rest",
+                       storage == fluid::Storage::Double ? "double" : "float", least),
+           fmt::format("Give at least {:.2g}", least));
   }
   return steady;
+}
+
+double slowest_rate(double relaxation_time, double width) {
+  const double pi = std::numbers::pi;
+  return std::min(pi * pi * fluid::viscosity(relaxation_time) / (width * width), 1.0 / relaxation_time);
+}
+
+void require_in_reach(const io::Section& t, const Steady& steady, double rate, const std::string& flow) {
+  // The change per step is rate exp(-rate t). Half of that time, since amplitudes are known roughly only.
+  const double steps = 0.5 * std::log(std::max(1.0, rate / steady.change)) / rate;
+  if (steps <= static_cast<double>(steady.step_limit)) return;
+  t.fail(t.has("step_limit") ? "step_limit" : "resolutions",
+         fmt::format("{} needs more than {:.3g} steps to become steady", flow, steps),
+         fmt::format("the limit is {}", steady.step_limit),
+         "Raise step_limit or steady_change, or use fewer nodes or another relaxation time");
 }
 
 fluid::Spec gap(const fluid::Spec& base, std::size_t normal, std::int64_t nodes) {
@@ -84,44 +119,52 @@ Norms error_norms(std::span<const double> measured, std::span<const double> exac
     add(error, measured[i] - exact[i]);
     add(size, exact[i]);
   }
-  return {error.l1 / size.l1, std::sqrt(error.l2 / size.l2), error.linf / size.linf};
+  return {relative_to(error.l1, size.l1), relative_to(std::sqrt(error.l2), std::sqrt(size.l2)),
+          relative_to(error.linf, size.linf)};
 }
 
-void add_convergence(observe::Observations& seen, std::span<const std::int64_t> resolutions,
-                     std::span<const Norms> errors) {
-  observe::Record record{"convergence",
-                         "Error of the velocity against the exact solution",
-                         {{"spacing", "", "1", "1/nodes across the flow", {}},
-                          {"error_l1", "", "1", "mean error over mean velocity", {}},
-                          {"error_l2", "", "1", "root mean square error over that of the velocity", {}},
-                          {"error_linf", "", "1", "largest error over largest velocity", {}}}};
-  for (std::size_t i = 0; i < resolutions.size(); ++i) {
-    record.append({1.0 / static_cast<double>(resolutions[i]), errors[i].l1, errors[i].l2, errors[i].linf});
+void insert(observe::Record& record, Order order, std::span<const double> row) {
+  const std::vector<double>& first = record.columns.front().values;
+  const auto place =
+      std::find_if(first.begin(), first.end(),
+                   [&](double value) { return order == Order::Rising ? value > row[0] : value < row[0]; }) -
+      first.begin();
+  for (std::size_t i = 0; i < row.size(); ++i) {
+    std::vector<double>& values = record.columns[i].values;
+    values.insert(values.begin() + place, row[i]);
   }
-  seen.records.push_back(record);
-  const std::size_t last = resolutions.size() - 1;
-  const double refined =
-      std::log(static_cast<double>(resolutions[last]) / static_cast<double>(resolutions[last - 1]));
-  const auto order = [refined](double coarse, double fine) { return std::log(coarse / fine) / refined; };
-  const Norms& coarse = errors[last - 1];
-  const Norms& fine = errors[last];
-  seen.metrics.push_back({"order_l1", order(coarse.l1, fine.l1), "1", "order in the spacing, last two rows"});
-  seen.metrics.push_back({"order_l2", order(coarse.l2, fine.l2), "1", "order in the spacing, last two rows"});
-  seen.metrics.push_back(
-      {"order_linf", order(coarse.linf, fine.linf), "1", "order in the spacing, last two rows"});
-  seen.metrics.push_back({"error_l2", fine.l2, "1", "of the finest resolution"});
-  seen.metrics.push_back({"error_linf", fine.linf, "1", "of the finest resolution"});
+}
+
+void add_errors(observe::Observations& seen, std::int64_t nodes, const Norms& errors) {
+  auto record = std::find_if(seen.records.begin(), seen.records.end(),
+                             [](const observe::Record& r) { return r.name == "convergence"; });
+  if (record == seen.records.end()) {
+    seen.records.push_back({"convergence",
+                            "Error of the velocity against the exact solution",
+                            {{"spacing", "", "1", "1/nodes across the flow", {}},
+                             {"error_l1", "", "1", "mean error over mean velocity", {}},
+                             {"error_l2", "", "1", "root mean square error over that of the velocity", {}},
+                             {"error_linf", "", "1", "largest error over largest velocity", {}}}});
+    record = std::prev(seen.records.end());
+  }
+  insert(*record, Order::Falling,
+         std::array{1.0 / static_cast<double>(nodes), errors.l1, errors.l2, errors.linf});
+}
+
+void add_convergence(observe::Observations& seen) {
+  const observe::Record& record = *seen.record("convergence");
+  const std::vector<double>& spacing = record.columns.front().values;
+  for (const std::string norm : {"l1", "l2", "linf"}) {
+    const std::vector<double>& error = record.find("error_" + norm)->values;
+    seen.metrics.push_back(
+        {"order_" + norm, engine::orders(spacing, error).back(), "1", "order in the spacing, last two rows"});
+  }
+  for (const char* error : {"error_l2", "error_linf"})
+    seen.metrics.push_back({error, record.find(error)->values.back(), "1", "of the finest resolution"});
 }
 
 std::vector<std::string> convergence_measures() {
   return {"order_l1", "order_l2", "order_linf", "error_l2", "error_linf"};
-}
-
-engine::Study study_of(const io::Section& top, const fluid::Spec& largest, std::vector<std::string> measures,
-                       std::function<void(observe::Observations&, Progress&, engine::Cost&)> run) {
-  return {.plan = engine::read_plan(top, {.fluid = largest}),
-          .measures = std::move(measures),
-          .run = std::move(run)};
 }
 
 }  // namespace channel

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "base/reduce.hpp"
+#include "drivers/at_once.hpp"
 #include "drivers/march.hpp"
 #include "engine/study.hpp"
 #include "fluid/obstacle.hpp"
@@ -21,8 +22,19 @@ struct Common {
 };
 
 Common read_common(const io::Section& top);
-double read_velocity(const io::Section& t);  // [channel] velocity, nonzero  [L T^-1]
-Steady read_steady(const io::Section& t, double change);
+
+/// [channel] `velocity` at the first resolution; it falls as 1/nodes  [L T^-1].
+double read_velocity(const io::Section& t, const Common& common);
+
+/// `steady_change` and `step_limit`. `change` is the default with populations in double; what their storage
+/// cannot meet is refused.
+Steady read_steady(const io::Section& t, double change, fluid::Storage storage);
+
+/// At which the slowest mode across a gap, or what never meets a wall, comes to rest  [T^-1].
+double slowest_rate(double relaxation_time, double width);
+
+/// Refuses at `step_limit` a flow, named in the message, that comes to rest too slowly for it.
+void require_in_reach(const io::Section& t, const Steady& steady, double rate, const std::string& flow);
 
 /// Nodes along an axis along which nothing varies.
 constexpr std::int64_t breadth = 4;
@@ -39,15 +51,18 @@ struct Norms {
 };
 Norms error_norms(std::span<const double> measured, std::span<const double> exact);
 
-/// Record `convergence` (1/nodes, error_l1, error_l2, error_linf) and the metrics order_l1, order_l2,
-/// order_linf of its last two rows, error_l2 and error_linf of the last.
-void add_convergence(observe::Observations& seen, std::span<const std::int64_t> resolutions,
-                     std::span<const Norms> errors);
-std::vector<std::string> convergence_measures();
+/// Inserts a row where the others have the same order in the first column, rising or falling.
+enum class Order { Rising, Falling };
+void insert(observe::Record& record, Order order, std::span<const double> row);
 
-/// A box across which `nodes` stand, for the plan.
-engine::Study study_of(const io::Section& top, const fluid::Spec& largest, std::vector<std::string> measures,
-                       std::function<void(observe::Observations&, Progress&, engine::Cost&)> run);
+/// Adds a row to record `convergence` (1/nodes, error_l1, error_l2, error_linf) as soon as it is known; the
+/// rows stand in the order of the resolutions in whichever order they are added.
+void add_errors(observe::Observations& seen, std::int64_t nodes, const Norms& errors);
+
+/// The metrics order_l1, order_l2, order_linf of the last two rows of record `convergence`, error_l2 and
+/// error_linf of the last.
+void add_convergence(observe::Observations& seen);
+std::vector<std::string> convergence_measures();
 
 engine::Study read_poiseuille(const io::Section& top);
 engine::Study read_couette(const io::Section& top);

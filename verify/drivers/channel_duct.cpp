@@ -1,3 +1,5 @@
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "drivers/channel.hpp"
@@ -127,23 +129,43 @@ Record profile_record(const Section& section, std::int64_t nodes) {
   return profile;
 }
 
-void run(const Duct& study, Observations& seen, Progress& progress) {
+std::vector<Piece> pieces_of(const Duct& study) {
   const std::vector<std::int64_t>& resolutions = study.common.resolutions;
   std::vector<Piece> pieces;  // the finest first: it takes longest
   for (auto nodes = resolutions.rbegin(); nodes != resolutions.rend(); ++nodes) pieces.push_back({2, *nodes});
   for (const std::size_t flow : {0U, 1U}) pieces.push_back({flow, resolutions.front()});
-  std::vector<Section> sections(pieces.size());
-  for_all(pieces.size(), "ducts", progress,
-          [&](std::size_t i) { sections[i] = steady_state(study, pieces[i]); });
+  return pieces;
+}
 
+/// Q nu/(g a^4) by the mean of the nodes, each of which stands in the middle of its square.
+double flow_rate(const Duct& study, const Section& section, std::int64_t nodes) {
+  double sum = 0.0;
+  for (const double velocity : section.velocity) sum += velocity;
+  const auto width = static_cast<double>(nodes);
+  const double mean = sum / (width * width) * top_velocity(study, nodes);
+  const double nu = fluid::viscosity(study.common.fluid.relaxation_time);
+  return mean * nu / (force_of(study, nodes) * width * width);
+}
+
+void run(const Duct& study, Observations& seen, Progress& progress) {
+  const std::vector<std::int64_t>& resolutions = study.common.resolutions;
   const std::size_t coarsest = resolutions.size() - 1;
-  seen.records = {profile_record(sections.front(), resolutions.back()), section_record(sections.front())};
-  std::vector<Norms> errors;
-  for (std::size_t i = 0; i < resolutions.size(); ++i) {
-    const Section& section = sections[coarsest - i];
-    errors.push_back(error_norms(section.velocity, section.exact));
-  }
-  add_convergence(seen, resolutions, errors);
+  const std::vector<Piece> pieces = pieces_of(study);
+  std::vector<Section> sections(pieces.size());
+  for_all(
+      pieces.size(), "ducts", progress, [&](std::size_t i) { sections[i] = steady_state(study, pieces[i]); },
+      [&](std::size_t i) {
+        if (i == 0) {
+          seen.records.push_back(profile_record(sections[i], pieces[i].nodes));
+          seen.records.push_back(section_record(sections[i]));
+        }
+        if (i <= coarsest)
+          add_errors(seen, pieces[i].nodes, error_norms(sections[i].velocity, sections[i].exact));
+      });
+
+  add_convergence(seen);
+  seen.metrics.push_back({"flow_rate", flow_rate(study, sections.front(), resolutions.back()), "1",
+                          "flux times viscosity over g a^4, mean of the nodes of the finest resolution"});
   seen.metrics.push_back(
       {"axis_difference",
        axis_difference({sections[coarsest + 1], sections[coarsest + 2], sections[coarsest]},
@@ -157,12 +179,22 @@ void run(const Duct& study, Observations& seen, Progress& progress) {
 
 engine::Study read_duct(const io::Section& top) {
   const io::Section t = top.table("channel");
-  const Duct study{.common = read_common(top), .steady = read_steady(t, 1e-12), .velocity = read_velocity(t)};
+  const Common common = read_common(top);
+  const Duct study{.common = common,
+                   .steady = read_steady(t, 1e-12, common.fluid.storage),
+                   .velocity = read_velocity(t, common)};
+  const double rate =
+      slowest_rate(common.fluid.relaxation_time, static_cast<double>(common.resolutions.back()));
+  require_in_reach(t, study.steady, rate, fmt::format("a duct of {} nodes", common.resolutions.back()));
   std::vector<std::string> measures = convergence_measures();
-  measures.insert(measures.end(), {"axis_difference", "cross_flow"});
-  return study_of(
-      top, spec_of(study, {2, study.common.resolutions.back()}), measures,
-      [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); });
+  measures.insert(measures.end(),
+                  {"axis_difference", "cross_flow", "flow_rate", "profile.middle", "profile.beside_wall"});
+  std::vector<fluid::Spec> runs;
+  for (const Piece& piece : pieces_of(study)) runs.push_back(spec_of(study, piece));
+  return {
+      .plan = plan_at_once(top, runs),
+      .measures = measures,
+      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }
 
 }  // namespace veriflex::drivers::channel

@@ -98,28 +98,33 @@ double slip_over_force(const Poiseuille& study, const Piece& piece, const std::v
 }
 
 /// Every relaxation time with both schemes and walls on each axis, at the first resolution.
-void measure_slip(const Poiseuille& study, Progress& progress, Observations& seen) {
+std::vector<Piece> slip_pieces(const Poiseuille& study) {
   std::vector<Piece> pieces;
-  const std::int64_t nodes = study.common.resolutions.front();
   for (const double tau : study.relaxation_times) {
     for (const fluid::Scheme scheme : {fluid::Scheme::FirstOrder, fluid::Scheme::Guo}) {
-      for (const std::size_t normal : {1U, 0U, 2U}) pieces.push_back({tau, scheme, normal, nodes});
+      for (const std::size_t normal : {1U, 0U, 2U})
+        pieces.push_back({tau, scheme, normal, study.common.resolutions.front()});
     }
   }
-  std::vector<std::vector<double>> bare(pieces.size());
-  for_all(pieces.size(), "relaxation times", progress,
-          [&](std::size_t i) { bare[i] = bare_profile(study, pieces[i]); });
+  return pieces;
+}
 
-  Record record{"slip",
-                "Slip at the wall over the force",
-                {{"relaxation_time", "τ", "T", "", {}},
-                 {"slip_first_order", "", "T", "in sum f c + g/2, first-order force", {}},
-                 {"slip_guo", "", "T", "in sum f c + g/2, Guo's force", {}},
-                 {"slip_exact", "", "T", "(16 (tau - 1/2)^2 - 3)/(24 nu)", {}},
-                 {"slip_bare", "", "T", "in sum f c, first-order force", {}}}};
+void measure_slip(const Poiseuille& study, Progress& progress, Observations& seen) {
+  const std::vector<Piece> pieces = slip_pieces(study);
+  seen.records.push_back({"slip",
+                          "Slip at the wall over the force",
+                          {{"relaxation_time", "τ", "T", "", {}},
+                           {"slip_first_order", "", "T", "in sum f c + g/2, first-order force", {}},
+                           {"slip_guo", "", "T", "in sum f c + g/2, Guo's force", {}},
+                           {"slip_exact", "", "T", "(16 (tau - 1/2)^2 - 3)/(24 nu)", {}},
+                           {"slip_bare", "", "T", "in sum f c, first-order force", {}}}});
   double exact_error = 0.0, axes = 0.0, schemes = 0.0;
   const double scale = study.velocity;
-  for (std::size_t i = 0; i < pieces.size(); i += 6) {  // first-order y, x, z; Guo y, x, z
+  std::vector<std::vector<double>> bare(pieces.size());
+  const auto keep = [&](std::size_t last) {  // of six: first-order y, x, z; Guo y, x, z
+    if (last % 6 != 5) return;
+    const std::size_t i = last - 5;
+    if (std::any_of(&bare[i], &bare[last], [](const auto& profile) { return profile.empty(); })) return;
     const Piece& piece = pieces[i];
     const double g = force_of(study, piece);
     const double slip = engine::half_way_slip(piece.relaxation_time);
@@ -132,11 +137,13 @@ void measure_slip(const Poiseuille& study, Progress& progress, Observations& see
     for (const std::size_t k : {i + 4, i + 5})
       axes = worse(axes, largest_difference(bare[k], bare[i + 3]) / scale);
     schemes = worse(schemes, largest_difference(bare[i], bare[i + 3]) / scale);
-    record.append({piece.relaxation_time, slip_over_force(study, piece, plus(bare[i], 0.5 * g)),
-                   slip_over_force(study, piece, plus(bare[i + 3], 0.5 * g)), slip,
-                   slip_over_force(study, piece, bare[i])});
-  }
-  seen.records.push_back(record);
+    seen.records.front().append({piece.relaxation_time, slip_over_force(study, piece, plus(bare[i], 0.5 * g)),
+                                 slip_over_force(study, piece, plus(bare[i + 3], 0.5 * g)), slip,
+                                 slip_over_force(study, piece, bare[i])});
+  };
+  for_all(
+      pieces.size(), "relaxation times", progress,
+      [&](std::size_t i) { bare[i] = bare_profile(study, pieces[i]); }, keep);
   seen.metrics.push_back({"exact_error", exact_error, "1",
                           "sum f c + g/2 against the lattice's own solution, over the top velocity; worst of "
                           "all relaxation times, schemes and axes"});
@@ -146,23 +153,26 @@ void measure_slip(const Poiseuille& study, Progress& progress, Observations& see
                           "sum f c of Guo's scheme against that of first order, over the top velocity"});
 }
 
+Piece convergence_piece(const Poiseuille& study, std::int64_t nodes) {
+  return {study.common.fluid.relaxation_time, study.common.fluid.scheme, 1, nodes};
+}
+
 void measure_convergence(const Poiseuille& study, Progress& progress, Observations& seen) {
   const std::vector<std::int64_t>& resolutions = study.common.resolutions;
-  const auto piece_of = [&](std::size_t i) {
-    return Piece{study.common.fluid.relaxation_time, study.common.fluid.scheme, 1, resolutions[i]};
-  };
   std::vector<std::vector<double>> bare(resolutions.size());
-  for_all(resolutions.size(), "resolutions", progress,
-          [&](std::size_t i) { bare[i] = bare_profile(study, piece_of(i)); });
-  std::vector<Norms> shifted_errors, bare_errors;
-  for (std::size_t i = 0; i < resolutions.size(); ++i) {
-    const std::vector<double> exact = parabola(study, piece_of(i));
-    shifted_errors.push_back(error_norms(plus(bare[i], 0.5 * force_of(study, piece_of(i))), exact));
-    bare_errors.push_back(error_norms(bare[i], exact));
-  }
-  add_convergence(seen, resolutions, shifted_errors);
+  std::vector<Norms> bare_errors;
+  for_all(
+      resolutions.size(), "resolutions", progress,
+      [&](std::size_t i) { bare[i] = bare_profile(study, convergence_piece(study, resolutions[i])); },
+      [&](std::size_t i) {
+        const Piece piece = convergence_piece(study, resolutions[i]);
+        const std::vector<double> exact = parabola(study, piece);
+        add_errors(seen, resolutions[i], error_norms(plus(bare[i], 0.5 * force_of(study, piece)), exact));
+        bare_errors.push_back(error_norms(bare[i], exact));
+      });
+  add_convergence(seen);
 
-  const Piece coarsest = piece_of(0);
+  const Piece coarsest = convergence_piece(study, resolutions.front());
   const double g = force_of(study, coarsest);
   seen.metrics.push_back({"error_bare_l2", bare_errors.back().l2, "1", "of sum f c, finest resolution"});
   seen.metrics.push_back({"slip", slip_over_force(study, coarsest, plus(bare[0], 0.5 * g)), "T",
@@ -188,41 +198,51 @@ void measure_convergence(const Poiseuille& study, Progress& progress, Observatio
 
 /// After this many H^2/nu the slowest mode has fallen by exp(-2.5 pi^2) = 2e-11.
 constexpr double viscous_times = 2.5;
+constexpr double most_steps = 1e9;
 constexpr std::int64_t row = 32;  // nodes along x: full vectors in both storages
+
+double work_steps(const Poiseuille& study, std::int64_t nodes) {
+  const auto height = static_cast<double>(nodes);
+  return std::ceil(viscous_times * height * height / fluid::viscosity(study.common.fluid.relaxation_time));
+}
+
+fluid::Spec work_spec(const Poiseuille& study, fluid::Storage storage, std::int64_t nodes) {
+  fluid::Spec spec = spec_of(study, convergence_piece(study, nodes));
+  spec.storage = storage;
+  spec.grid.size[0] = row;
+  spec.grid.size[2] = 2;
+  return spec;
+}
 
 /// Both storages do the same steps; what float saves in time it pays in error. Two nodes along z are one
 /// thread's work: waiting for another would be most of what is measured in a box this small.
 void measure_work(const Poiseuille& study, engine::Cost& cost, Observations& seen) {
-  Record record{"work_precision",
-                "Error of the velocity against the work done",
-                {{"nodes", "", "1", "across the gap", {}},
-                 {"bits", "", "1", "of a stored population", {}},
-                 {"steps", "", "1", "2.5 H^2/nu", {}},
-                 {"node_steps", "", "1", "steps times nodes of the box", {}},
-                 {"error", "", "1", "root mean square against the parabola, over that of the velocity", {}}}};
+  seen.records.push_back(
+      {"work_precision",
+       "Error of the velocity against the work done",
+       {{"nodes", "", "1", "across the gap", {}},
+        {"bits", "", "1", "of a stored population", {}},
+        {"steps", "", "1", "2.5 H^2/nu", {}},
+        {"node_steps", "", "1", "steps times nodes of the box", {}},
+        {"error", "", "1", "root mean square against the parabola, over that of the velocity", {}}}});
+  Record& record = seen.records.back();
   cost.finish("set-up");
   std::vector<double> finest;
   for (const fluid::Storage storage : study.storages) {
     for (const std::int64_t nodes : study.common.resolutions) {
-      const Piece piece{study.common.fluid.relaxation_time, study.common.fluid.scheme, 1, nodes};
-      fluid::Spec spec = spec_of(study, piece);
-      spec.storage = storage;
-      spec.grid.size[0] = row;
-      spec.grid.size[2] = 2;
-      const auto height = static_cast<double>(nodes);
-      const auto steps = static_cast<std::int64_t>(
-          std::ceil(viscous_times * height * height / fluid::viscosity(piece.relaxation_time)));
+      const Piece piece = convergence_piece(study, nodes);
+      const fluid::Spec spec = work_spec(study, storage, nodes);
+      const double steps = work_steps(study, nodes);
       const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
-      march(*fluid, steps, study.common.watch);
+      march(*fluid, static_cast<std::int64_t>(steps), study.common.watch);
       const std::vector<double> u = plus(along_gap(*fluid, 1), 0.5 * force_of(study, piece));
       const double error = error_norms(u, parabola(study, piece)).l2;
       cost.finish(fmt::format("work_precision/{}", record.columns[0].values.size()));
-      record.append({height, storage == fluid::Storage::Double ? 64.0 : 32.0, static_cast<double>(steps),
-                     static_cast<double>(steps) * static_cast<double>(spec.grid.count()), error});
+      record.append({static_cast<double>(nodes), storage == fluid::Storage::Double ? 64.0 : 32.0, steps,
+                     steps * static_cast<double>(spec.grid.count()), error});
       if (nodes == study.common.resolutions.back()) finest.push_back(error);
     }
   }
-  seen.records.push_back(record);
   for (std::size_t i = 0; i < finest.size(); ++i) {
     const bool is_double = study.storages[i] == fluid::Storage::Double;
     seen.metrics.push_back({is_double ? "work_error_double" : "work_error_float", finest[i], "1",
@@ -241,21 +261,61 @@ void run(const Poiseuille& study, Observations& seen, Progress& progress, engine
 std::vector<fluid::Storage> read_storages(const io::Section& t) {
   std::vector<fluid::Storage> storages;
   for (const std::string& name : t.texts("storages")) {
+    if (storages.size() == 2) t.fail("storages", "more than two", "there are two", "Name each at most once");
     if (name != "double" && name != "float") {
       t.fail("storages", fmt::format("'storages' holds '{}'", name), "known: double, float", "Use these");
     }
     storages.push_back(name == "double" ? fluid::Storage::Double : fluid::Storage::Float);
   }
+  if (storages.size() == 2 && storages[0] == storages[1])
+    t.fail("storages", "one stands there twice", "each is run once", "Name each at most once");
   return storages;
+}
+
+}  // namespace
+
+namespace {
+
+void require_in_reach(const io::Section& t, const Poiseuille& study) {
+  const std::vector<std::int64_t>& resolutions = study.common.resolutions;
+  const auto require = [&](double tau, std::int64_t nodes) {
+    channel::require_in_reach(t, study.steady, slowest_rate(tau, static_cast<double>(nodes)),
+                              fmt::format("a gap of {} nodes at tau = {}", nodes, tau));
+  };
+  for (const double tau : study.relaxation_times) require(tau, resolutions.front());
+  require(study.common.fluid.relaxation_time, resolutions.back());
+  if (study.storages.empty() || work_steps(study, resolutions.back()) <= most_steps) return;
+  t.fail("storages", fmt::format("a run would take {:.3g} steps", work_steps(study, resolutions.back())),
+         fmt::format("{:.1g} is the most", most_steps), "Use fewer nodes or a larger relaxation time");
+}
+
+/// The plans of all that is run: at once for slip and convergence, in turn for the work.
+scene::Plan plan_of(const io::Section& top, const Poiseuille& study) {
+  std::vector<fluid::Spec> steady, work;
+  for (const Piece& piece : slip_pieces(study)) steady.push_back(spec_of(study, piece));
+  for (const std::int64_t nodes : study.common.resolutions) {
+    steady.push_back(spec_of(study, convergence_piece(study, nodes)));
+    for (const fluid::Storage storage : study.storages) work.push_back(work_spec(study, storage, nodes));
+  }
+  const scene::Plan at_once = plan_at_once(top, steady);
+  if (work.empty()) return at_once;
+  const scene::Plan in_turn = plan_in_turn(top, work);
+  const auto memory = [](const scene::Plan& plan) {
+    double sum = 0.0;
+    for (const scene::Built& built : plan.built) sum += built.memory_bytes;
+    return sum;
+  };
+  return memory(in_turn) > memory(at_once) ? in_turn : at_once;
 }
 
 }  // namespace
 
 engine::Study read_poiseuille(const io::Section& top) {
   const io::Section t = top.table("channel");
-  Poiseuille study{.common = read_common(top),
-                   .steady = read_steady(t, 1e-15),
-                   .velocity = read_velocity(t),
+  const Common common = read_common(top);
+  Poiseuille study{.common = common,
+                   .steady = read_steady(t, 1e-15, common.fluid.storage),
+                   .velocity = read_velocity(t, common),
                    .relaxation_times = t.numbers("relaxation_times"),
                    .storages = {}};
   if (t.has("storages")) study.storages = read_storages(t);
@@ -264,18 +324,18 @@ engine::Study read_poiseuille(const io::Section& top) {
     t.fail("relaxation_times", "none, or one that is not more than 0.5",
            "the viscosity (tau - 1/2)/3 must be positive", "Give for example [0.6, 1.0, 1.5]");
   }
+  require_in_reach(t, study);
   std::vector<std::string> measures = convergence_measures();
   measures.insert(measures.end(), {"exact_error", "axis_difference", "scheme_difference", "error_bare_l2",
-                                   "slip", "slip_bare"});
+                                   "slip", "slip_bare", "profile.velocity", "profile.bare"});
   for (const fluid::Storage storage : study.storages) {
     measures.push_back(storage == fluid::Storage::Double ? "work_error_double" : "work_error_float");
   }
-  const Piece largest{study.common.fluid.relaxation_time, study.common.fluid.scheme, 1,
-                      study.common.resolutions.back()};
-  return study_of(top, spec_of(study, largest), measures,
-                  [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-                    run(study, seen, progress, cost);
-                  });
+  return {.plan = plan_of(top, study),
+          .measures = measures,
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers::channel

@@ -1,3 +1,6 @@
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
@@ -19,6 +22,7 @@ using observe::Record;
 
 constexpr int phases = 8;  // shown, of a period
 constexpr int shown = 4;   // the other half is the same with the sign changed
+constexpr double most_steps = 1e9;
 
 struct Womersley {
   Common common;
@@ -69,6 +73,7 @@ Period last_period(const Womersley& study, const Piece& piece) {
         omega * engine::oscillating_poiseuille(from_wall(j), static_cast<double>(piece.nodes), omega, nu));
   }
   Period seen;
+  observe::Lookout lookout(*fluid, study.common.watch);
   for (std::int64_t step = 0; step < study.periods * period; ++step) {
     const double angle = omega * static_cast<double>(step % period);
     const double g = scale * omega * std::cos(angle);
@@ -81,8 +86,9 @@ Period last_period(const Womersley& study, const Piece& piece) {
     }
     force.col(axis).setConstant(g);
     fluid->collide_and_stream({everywhere, &force});
-    observe::check_when_due(*fluid, study.common.watch);
+    lookout.after_step();
   }
+  lookout.at_end();
   return seen;
 }
 
@@ -117,22 +123,27 @@ Record profile_record(const Period& period, std::int64_t nodes) {
   return profile;
 }
 
-void run(const Womersley& study, Observations& seen, Progress& progress) {
+std::vector<Piece> pieces_of(const Womersley& study) {
   const std::vector<std::int64_t>& resolutions = study.common.resolutions;
   std::vector<Piece> pieces;  // the finest first: it takes longest
   for (auto nodes = resolutions.rbegin(); nodes != resolutions.rend(); ++nodes) pieces.push_back({1, *nodes});
   for (const std::size_t normal : {0U, 2U}) pieces.push_back({normal, resolutions.front()});
-  std::vector<Period> found(pieces.size());
-  for_all(pieces.size(), "gaps", progress, [&](std::size_t i) { found[i] = last_period(study, pieces[i]); });
+  return pieces;
+}
 
+void run(const Womersley& study, Observations& seen, Progress& progress) {
+  const std::vector<std::int64_t>& resolutions = study.common.resolutions;
   const std::size_t coarsest = resolutions.size() - 1;
-  seen.records.push_back(profile_record(found.front(), resolutions.back()));
-  std::vector<Norms> errors;
-  for (std::size_t i = 0; i < resolutions.size(); ++i) {
-    const Period& period = found[coarsest - i];
-    errors.push_back(error_norms(period.velocity, period.exact));
-  }
-  add_convergence(seen, resolutions, errors);
+  const std::vector<Piece> pieces = pieces_of(study);
+  std::vector<Period> found(pieces.size());
+  for_all(
+      pieces.size(), "gaps", progress, [&](std::size_t i) { found[i] = last_period(study, pieces[i]); },
+      [&](std::size_t i) {
+        if (i == 0) seen.records.push_back(profile_record(found[i], pieces[i].nodes));
+        if (i <= coarsest) add_errors(seen, pieces[i].nodes, error_norms(found[i].velocity, found[i].exact));
+        if (i < coarsest) found[i] = {};  // only the first resolution is held against other axes
+      });
+  add_convergence(seen);
   seen.metrics.push_back({"axis_difference",
                           worse(largest_difference(found[coarsest + 1], found[coarsest]),
                                 largest_difference(found[coarsest + 2], found[coarsest])),
@@ -145,12 +156,20 @@ void run(const Womersley& study, Observations& seen, Progress& progress) {
        "1", "half the gap over the thickness sqrt(nu/omega)"});
 }
 
+/// Measured and exact velocities of a period, and the list of nodes with their force  [bytes].
+double beside_of(const Womersley& study, const fluid::Spec& spec) {
+  const std::int64_t nodes = *std::max_element(spec.grid.size.begin(), spec.grid.size.end());
+  return 2.0 * sizeof(double) * static_cast<double>(nodes) * static_cast<double>(period_of(study, nodes)) +
+         (sizeof(std::int64_t) + 3.0 * sizeof(double)) * static_cast<double>(spec.grid.count());
+}
+
 }  // namespace
 
 engine::Study read_womersley(const io::Section& top) {
   const io::Section t = top.table("channel");
-  const Womersley study{.common = read_common(top),
-                        .velocity = read_velocity(t),
+  const Common common = read_common(top);
+  const Womersley study{.common = common,
+                        .velocity = read_velocity(t, common),
                         .period = t.integer("period", 8, 1'000'000'000),
                         .periods = t.integer("periods", 1, 10000)};
   for (const std::int64_t nodes : study.common.resolutions) {
@@ -161,11 +180,21 @@ engine::Study read_womersley(const io::Section& top) {
              "Let resolutions be multiples of the first, and the period a multiple of 8");
     }
   }
+  const double steps =
+      static_cast<double>(study.periods) * static_cast<double>(period_of(study, common.resolutions.back()));
+  if (steps > most_steps) {
+    t.fail("period", fmt::format("the finest resolution would take {:.3g} steps", steps),
+           fmt::format("{:.1g} is the most", most_steps), "Use a shorter period or fewer of them");
+  }
   std::vector<std::string> measures = convergence_measures();
   measures.insert(measures.end(), {"axis_difference", "womersley_number"});
-  return study_of(
-      top, gap(study.common.fluid, 1, study.common.resolutions.back()), measures,
-      [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); });
+  for (int k = 0; k < shown; ++k) measures.push_back(fmt::format("profile.phase_{}", k));
+  std::vector<fluid::Spec> runs;
+  for (const Piece& piece : pieces_of(study)) runs.push_back(gap(common.fluid, piece.normal, piece.nodes));
+  return {
+      .plan = plan_at_once(top, runs, [&](const fluid::Spec& spec) { return beside_of(study, spec); }),
+      .measures = measures,
+      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }
 
 }  // namespace veriflex::drivers::channel

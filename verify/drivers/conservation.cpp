@@ -5,6 +5,7 @@
 #include <random>
 
 #include "base/reduce.hpp"
+#include "drivers/at_once.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/march.hpp"
@@ -102,23 +103,30 @@ struct Drift {
   std::vector<double> mass, momentum, staggered;
 };
 
-Drift drift_of(const Conservation& study, const Piece& piece) {
+fluid::Spec spec_of(const Conservation& study, const Piece& piece) {
   fluid::Spec spec = study.fluid;
   spec.storage = piece.storage;
   spec.scheme = piece.scheme;
+  return spec;
+}
+
+Drift drift_of(const Conservation& study, const Piece& piece) {
+  const fluid::Spec spec = spec_of(study, piece);
   const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
   start(*fluid, study, piece);
   const Totals before = fluid->totals();
   const auto volume = static_cast<double>(spec.grid.count());
   Drift drift;
+  observe::Lookout lookout(*fluid, study.watch);
   for (int i = 1; i <= samples; ++i) {
-    march(*fluid, study.steps * i / samples - fluid->steps(), study.watch);
+    march(*fluid, study.steps * i / samples - fluid->steps(), lookout);
     const Totals now = fluid->totals();
     const Vec3 given = static_cast<double>(fluid->steps()) * volume * spec.body_force;
     drift.mass.push_back(std::abs(now.mass_deviation - before.mass_deviation) / volume);
     drift.momentum.push_back((now.momentum - before.momentum - given).norm() / volume);
     drift.staggered.push_back((now.staggered_momentum - before.staggered_momentum).norm() / volume);
   }
+  lookout.at_end();
   return drift;
 }
 
@@ -138,56 +146,58 @@ std::vector<Piece> pieces_of(const Conservation& study) {
   return pieces;
 }
 
-/// One record per quantity, one column per run.
-Record record_of(const Conservation& study, const std::string& name, const std::string& title,
-                 const std::string& dimension, const std::vector<Drift>& drifts,
-                 std::vector<double> Drift::*quantity) {
-  Record record{name, title, {{"step", "t", "T", "", {}}}};
+/// What is recorded of each run: one record per quantity, one column per run, and its largest as a metric.
+struct Quantity {
+  const char* record;
+  const char* title;
+  const char* metric;
+  const char* dimension;
+  const char* meaning;
+  std::vector<double> Drift::*values;
+};
+
+std::vector<Quantity> quantities(const Conservation& study) {
+  std::vector<Quantity> all{{"drift_of_mass", "Departure of the mass, per node", "mass_", "M L^-3",
+                             "largest departure, per node", &Drift::mass}};
+  if (!study.periodic()) return all;
+  all.push_back({"drift_of_momentum", "Departure of the momentum from that at the start plus n g V, per node",
+                 "momentum_", "M L^-2 T^-1", "largest departure from the start plus n g V, per node",
+                 &Drift::momentum});
+  all.push_back({"drift_of_staggered_momentum", "Departure of the staggered momentum, per node",
+                 "staggered_momentum_", "M L^-2 T^-1", "largest departure, per node", &Drift::staggered});
+  return all;
+}
+
+Record steps_record(const Conservation& study, const Quantity& quantity) {
+  Record record{quantity.record, quantity.title, {{"step", "t", "T", "", {}}}};
   for (int i = 1; i <= samples; ++i) {
     record.columns.front().values.push_back(static_cast<double>(study.steps * i / samples));
-  }
-  const std::vector<Piece> pieces = pieces_of(study);
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    record.columns.push_back(
-        {name_of(pieces[i]), "", dimension, "storage and force scheme", drifts[i].*quantity});
   }
   return record;
 }
 
 void run(const Conservation& study, Observations& seen, Progress& progress) {
   const std::vector<Piece> pieces = pieces_of(study);
+  const std::vector<Quantity> wanted = quantities(study);
+  for (const Quantity& quantity : wanted) seen.records.push_back(steps_record(study, quantity));
   std::vector<Drift> drifts(pieces.size());
-  for_all(pieces.size(), "runs", progress, [&](std::size_t i) { drifts[i] = drift_of(study, pieces[i]); });
-
-  seen.records = {
-      record_of(study, "drift_of_mass", "Departure of the mass, per node", "M L^-3", drifts, &Drift::mass)};
-  if (study.periodic()) {
-    seen.records.push_back(record_of(study, "drift_of_momentum",
-                                     "Departure of the momentum from that at the start plus n g V, per node",
-                                     "M L^-2 T^-1", drifts, &Drift::momentum));
-    seen.records.push_back(record_of(study, "drift_of_staggered_momentum",
-                                     "Departure of the staggered momentum, per node", "M L^-2 T^-1", drifts,
-                                     &Drift::staggered));
-  }
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    const std::string name = name_of(pieces[i]);
-    seen.metrics.push_back(
-        {"mass_" + name, largest(drifts[i].mass), "M L^-3", "largest departure, per node"});
-    if (!study.periodic()) continue;
-    seen.metrics.push_back({"momentum_" + name, largest(drifts[i].momentum), "M L^-2 T^-1",
-                            "largest departure from the start plus n g V, per node"});
-    seen.metrics.push_back({"staggered_momentum_" + name, largest(drifts[i].staggered), "M L^-2 T^-1",
-                            "largest departure, per node"});
-  }
+  for_all(
+      pieces.size(), "runs", progress, [&](std::size_t i) { drifts[i] = drift_of(study, pieces[i]); },
+      [&](std::size_t i) {
+        for (std::size_t k = 0; k < wanted.size(); ++k) {
+          const std::vector<double>& values = drifts[i].*wanted[k].values;
+          seen.records[k].columns.push_back(
+              {name_of(pieces[i]), "", wanted[k].dimension, "storage and force scheme", values});
+          seen.metrics.push_back({wanted[k].metric + name_of(pieces[i]), largest(values), wanted[k].dimension,
+                                  wanted[k].meaning});
+        }
+      });
 }
 
 std::vector<std::string> measures_of(const Conservation& study) {
   std::vector<std::string> measures;
   for (const Piece& piece : pieces_of(study)) {
-    measures.push_back("mass_" + name_of(piece));
-    if (!study.periodic()) continue;
-    measures.push_back("momentum_" + name_of(piece));
-    measures.push_back("staggered_momentum_" + name_of(piece));
+    for (const Quantity& quantity : quantities(study)) measures.push_back(quantity.metric + name_of(piece));
   }
   return measures;
 }
@@ -218,8 +228,10 @@ engine::Study read_conservation(const io::Section& top) {
       }
     }
   }
+  std::vector<fluid::Spec> runs;
+  for (const Piece& piece : pieces_of(study)) runs.push_back(spec_of(study, piece));
   return {
-      .plan = engine::read_plan(top, {.fluid = study.fluid}),
+      .plan = plan_at_once(top, runs),
       .measures = measures_of(study),
       .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }

@@ -7,7 +7,9 @@
 #include "base/reduce.hpp"
 #include "drivers/beam_section.hpp"
 #include "drivers/drivers.hpp"
+#include "drivers/under_watch.hpp"
 #include "engine/check_coupling.hpp"
+#include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 #include "scene/simulation.hpp"
 #include "solid/modes.hpp"
@@ -100,16 +102,17 @@ double beam_deflection(const std::vector<Section>& sections, double place, doubl
 }
 
 /// Until the tip rests.
-void march_to_rest(const Crossflow& study, scene::Simulation& simulation, Progress& progress) {
+void march_to_rest(const Crossflow& study, scene::Simulation& simulation, Progress& progress,
+                   const std::function<void()>& look_when_due) {
   const auto tip = [&] { return sections_of(study, simulation).back().deflection; };
   double before = 0.0;
   for (;;) {
     for (std::int64_t step = 0; step < between_looks; ++step) {
       simulation.advance();
-      observe::check_when_due(simulation.fluid(), study.watch);
+      look_when_due();
     }
     const double now = tip();
-    const double change = std::abs(now - before) / std::abs(now) / between_looks;
+    const double change = relative_to(now - before, now) / between_looks;
     progress.show("steps", static_cast<std::size_t>(simulation.fluid().steps()),
                   static_cast<std::size_t>(study.step_limit));
     if (change <= study.steady_change) return;
@@ -122,17 +125,45 @@ void march_to_rest(const Crossflow& study, scene::Simulation& simulation, Progre
   }
 }
 
-void run(const Crossflow& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+/// In the middle of the box.
+scene::CouplingSpec coupling_of(const Crossflow& study) {
   scene::CouplingSpec coupling = study.coupling;
   const auto& size = study.fluid.grid.size;
-  coupling.origin = {static_cast<double>(size[0] / 2),
-                     0.5 * (static_cast<double>(size[1]) - static_cast<double>(study.rod.sections - 1)),
+  const double extent = static_cast<double>(study.rod.sections - 1) * study.rod.spacing;
+  coupling.origin = {static_cast<double>(size[0] / 2), 0.5 * (static_cast<double>(size[1]) - extent),
                      static_cast<double>(size[2] / 2)};
-  const double growth = engine::check_coupling(study.fluid, body_of(study), coupling, "the rod",
-                                               study.node_mass_place, progress);
+  coupling.axis = 1;
+  return coupling;
+}
+
+/// Refuses a rod that has no room in its box.
+void check(const Crossflow& study, const Place& box) {
+  const double across = 2.0 * std::floor(study.rod.radius) * study.rod.spacing;
+  const double along = static_cast<double>(study.rod.sections - 1) * study.rod.spacing;
+  engine::check_images(study.fluid, study.coupling.delta, {across, along, across}, Vec3::Zero(), "the rod",
+                       box);
+  try {
+    engine::check_supports(study.fluid, study.coupling.delta,
+                           scene::markers_at_rest(body_of(study).network, coupling_of(study)), Vec3::Zero(),
+                           "the rod", box);
+  } catch (const BadParameter& bad) {  // a listed node that the body has not
+    throw InputError(box, bad.problem, bad.why, bad.suggestion);
+  }
+}
+
+void run(const Crossflow& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+  const scene::CouplingSpec coupling = coupling_of(study);
+  seen.metrics.push_back({"coupling_growth", 0.0, "1", "largest factor a step of the linearised exchange"});
+  engine::check_coupling(study.fluid, body_of(study), coupling, "the rod", study.node_mass_place,
+                         seen.metrics.back().value, progress);
   cost.finish("stability of the coupling");
   scene::Simulation simulation(study.fluid, body_of(study), coupling);
-  march_to_rest(study, simulation, progress);
+  under_watch(
+      simulation.fluid(), study.watch, "the stream",
+      [&](const std::function<void()>& look_when_due) {
+        march_to_rest(study, simulation, progress, look_when_due);
+      },
+      [&]() -> std::vector<Record> { return {last_good_nodes(simulation.positions(), "the rod")}; });
   cost.finish("march");
 
   const scene::SolidSpec spec{.shape = study.rod, .angle_stiffness = study.material.angle_stiffness};
@@ -151,7 +182,7 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
       study.material, network, Positions::Zero(network.node_count(), 3), held, study.node_mass);
   const Positions still = solid::linear_response(study.material, network, held, load);
   const Positions& u = simulation.solid().displacement();
-  const double lattice = (u - still).cwiseAbs().maxCoeff() / u.cwiseAbs().maxCoeff();
+  const double lattice = largest_magnitude(u - still) / largest_magnitude(u);
 
   Record record{
       "deflection",
@@ -171,23 +202,21 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
     total += s.force;
   }
   const double beam_tip = record.find("beam")->values.back();
-  seen = {
-      .records = {record},
-      .metrics = {
-          {"tip_deflection", tip, "L", "along the stream"},
-          {"tip_slope", tip / study.length(), "1", "tip deflection over length"},
-          {"tip_ratio", tip / beam_tip, "1", "over Timoshenko's"},
-          {"beam_error", worst, "1", "largest distance from Timoshenko's beam, over the tip's deflection"},
-          {"lattice_error", lattice, "1",
-           "largest distance of a node from the lattice's linear statics, over the largest displacement"},
-          {"shear_share", 1.0 - record.find("beam_without_shear")->values.back() / beam_tip, "1",
-           "of the tip's deflection that is due to shear"},
-          {"end_share", sections.back().force / total, "1",
-           "of the force that acts on the free end's section"},
-          {"steps", static_cast<double>(simulation.fluid().steps()), "T", "until the tip rested"},
-          {"dt_over_limit", 0.5 * omega / study.substeps, "1",
-           "sub-step over the linear limit 2/omega_max at rest"},
-          {"coupling_growth", growth, "1", "largest factor a step of the linearised exchange"}}};
+  seen.records.push_back(record);
+  const std::vector<observe::Metric> metrics{
+      {"tip_deflection", tip, "L", "along the stream"},
+      {"tip_slope", tip / study.length(), "1", "tip deflection over length"},
+      {"tip_ratio", tip / beam_tip, "1", "over Timoshenko's"},
+      {"beam_error", worst, "1", "largest distance from Timoshenko's beam, over the tip's deflection"},
+      {"lattice_error", lattice, "1",
+       "largest distance of a node from the lattice's linear statics, over the largest displacement"},
+      {"shear_share", 1.0 - record.find("beam_without_shear")->values.back() / beam_tip, "1",
+       "of the tip's deflection that is due to shear"},
+      {"end_share", sections.back().force / total, "1", "of the force that acts on the free end's section"},
+      {"steps", static_cast<double>(simulation.fluid().steps()), "T", "until the tip rested"},
+      {"dt_over_limit", 0.5 * omega / study.substeps, "1",
+       "sub-step over the linear limit 2/omega_max at rest"}};
+  seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
 }
 
 }  // namespace
@@ -220,7 +249,7 @@ engine::Study read_crossflow(const io::Section& top) {
     t.fail("node_mass", fmt::format("'node_mass' is {}", study.node_mass), "it must be positive",
            "1 is the paper's");
   }
-  if (!(study.steady_change > 0.0)) {
+  if (!(study.steady_change >= 1e-14)) {
     t.fail("steady_change", fmt::format("'steady_change' is {}", study.steady_change),
            "round-off never comes to rest", "Give for example 1e-7");
   }
@@ -233,14 +262,16 @@ engine::Study read_crossflow(const io::Section& top) {
     top.table("fluid").fail("body_force", "it does not drive a stream along z",
                             "the rod lies along y and bends towards z", "Give for example [0.0, 0.0, 1e-8]");
   }
+  scene::Plan plan = engine::read_plan(
+      top, {.law = law,
+            .solid = solid,
+            .method = fmt::format("leap-frog, {} sub-steps, first sections held", study.substeps),
+            .moves = true,
+            .fluid = study.fluid,
+            .coupling = study.coupling});
+  check(study, top.table("fluid").place("nodes"));
   return {
-      .plan = engine::read_plan(
-          top, {.law = law,
-                .solid = solid,
-                .method = fmt::format("leap-frog, {} sub-steps, first sections held", study.substeps),
-                .moves = true,
-                .fluid = study.fluid,
-                .coupling = study.coupling}),
+      .plan = std::move(plan),
       .measures = {"tip_deflection", "tip_slope", "tip_ratio", "beam_error", "lattice_error", "shear_share",
                    "end_share", "steps", "dt_over_limit", "coupling_growth", "deflection.deflection"},
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {

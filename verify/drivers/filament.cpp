@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/filament_case.hpp"
@@ -142,6 +144,46 @@ double modulus_at(const Record& record, double distance, int side) {
   return tried.back().first;
 }
 
+void add(std::vector<observe::Metric>& metrics, const std::vector<observe::Metric>& more) {
+  metrics.insert(metrics.end(), more.begin(), more.end());
+}
+
+/// Of the law of [bond] alone.
+std::vector<observe::Metric> metrics_of(const StrokeResult& a, const Stroke& stroke) {
+  std::vector<observe::Metric> metrics{
+      {"swum", swum(a), "L", "along y in the last period, law of [bond]; positive is towards the driven end"},
+      {"work", a.work.back(), "M L^2 T^-2", "of the drive in the last period, law of [bond]"},
+      {"least_strain", a.least_strain, "1", "of any bond at any step, law of [bond]"},
+      {"least_strain_time", a.least_strain_time, "1", "when, in periods"},
+      {"least_strain_place", a.least_strain_place, "L", "where along the axis, 0 at the free end"},
+      {"greatest_strain", a.greatest_strain, "1", "of any bond at any step, law of [bond]"},
+      {"greatest_strain_time", a.greatest_strain_time, "1", "when, in periods"},
+      {"greatest_strain_place", a.greatest_strain_place, "L", "where along the axis, 0 at the free end"},
+      {"period", stroke.period(), "T", "2 pi/omega, from the Reynolds number"},
+      {"touched_nodes", static_cast<double>(a.touched_nodes), "1",
+       "distinct lattice nodes under the supports"}};
+  add(metrics, period_change_of(a, stroke.amplitude, "period_change",
+                                "max |d|/z0 from the period before, law of [bond]"));
+  if (stroke.short_bond > 0.0) {
+    metrics.push_back({"share_short", a.share_short, "1",
+                       "of bonds and sampled times of the last period with r < 1.2 sigma, law of [bond]"});
+  }
+  return metrics;
+}
+
+/// Of the law of [compared_bond] alone.
+std::vector<observe::Metric> metrics_of_compared(const StrokeResult& b, const Stroke& stroke) {
+  std::vector<observe::Metric> metrics{
+      {"swum_compared", swum(b), "L", "the same as swum, law of [compared_bond]"},
+      {"work_compared", b.work.back(), "M L^2 T^-2", "the same as work, law of [compared_bond]"},
+      {"least_strain_compared", b.least_strain, "1", "of any bond at any step, law of [compared_bond]"},
+      {"greatest_strain_compared", b.greatest_strain, "1",
+       "of any bond at any step, law of [compared_bond]"}};
+  add(metrics, period_change_of(b, stroke.amplitude, "period_change_compared",
+                                "max |d|/z0 from the period before, law of [compared_bond]"));
+  return metrics;
+}
+
 void run(const FilamentStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double z0 = study.stroke.amplitude;
   Stroke other = study.stroke;
@@ -152,60 +194,38 @@ void run(const FilamentStudy& study, Observations& seen, Progress& progress, eng
     strokes.push_back(other);
     strokes.back().law = stiffer(study.other, factor);
   }
-  const double growth = check_strokes(strokes, progress);
+  check_strokes(strokes, seen, progress);
   cost.finish("stability of the coupling");
-  const StrokeResult a = run_guarded(study.stroke, bond::name_of(study.stroke.law), growth, progress);
+  const StrokeResult a = run_guarded(study.stroke, bond::name_of(study.stroke.law), "stroke", progress);
+  seen.records.push_back(history_of(a, "stroke", bond::name_of(study.stroke.law)));
+  add(seen.metrics, metrics_of(a, study.stroke));
+  if (!a.film.empty()) seen.records.push_back(film_of(a));
   cost.finish(bond::name_of(study.stroke.law), parts_of(a.seconds));
-  const StrokeResult b = run_guarded(other, bond::name_of(study.other), growth, progress);
+  const StrokeResult b = run_guarded(other, bond::name_of(study.other), "stroke_compared", progress);
+  seen.records.push_back(history_of(b, "stroke_compared", bond::name_of(study.other)));
+  add(seen.metrics, metrics_of_compared(b, other));
   cost.finish(bond::name_of(study.other) + " compared", parts_of(b.seconds));
 
-  seen.records = {centre_lines(a, b, study.stroke.rod.spacing),
-                  deviations_of(a, b, z0),
-                  history_of(a, "stroke", bond::name_of(study.stroke.law)),
-                  history_of(b, "stroke_compared", bond::name_of(study.other)),
-                  histogram_of(a, b),
-                  periods_of(a, b)};
+  seen.records.insert(seen.records.begin(),
+                      {centre_lines(a, b, study.stroke.rod.spacing), deviations_of(a, b, z0)});
+  seen.records.push_back(histogram_of(a, b));
+  seen.records.push_back(periods_of(a, b));
   const Deviation d = worst(a, b, z0);
-  seen.metrics = {
-      {"deviation_z_max", d.z_max, "1", "max |dz|/z0 between the laws over four phases of the last period"},
-      {"deviation_z_rms", d.z_rms, "1", "largest rms of dz/z0 of these phases"},
-      {"deviation_lab_max", d.lab_max, "1", "max |d|/z0 in the laboratory"},
-      {"deviation_swimming_max", d.moved_max, "1", "max |d|/z0, displacement along y taken out"},
-      {"period_change", change_over_last_period(a, z0), "1",
-       "max |d|/z0 from the period before, law of [bond]"},
-      {"period_change_compared", change_over_last_period(b, z0), "1", "the same, law of [compared_bond]"},
-      {"swum", swum(a), "L", "along y in the last period, law of [bond]; positive is towards the driven end"},
-      {"swum_compared", swum(b), "L", "the same, law of [compared_bond]"},
-      {"work", a.work.back(), "M L^2 T^-2", "of the drive in the last period, law of [bond]"},
-      {"work_compared", b.work.back(), "M L^2 T^-2", "the same, law of [compared_bond]"},
-      {"least_strain", a.least_strain, "1", "of any bond, law of [bond]"},
-      {"least_strain_time", a.least_strain_time, "1", "when, in periods"},
-      {"least_strain_place", a.least_strain_place, "L", "where along the axis, 0 at the free end"},
-      {"greatest_strain", a.greatest_strain, "1", "of any bond, law of [bond]"},
-      {"greatest_strain_time", a.greatest_strain_time, "1", "when, in periods"},
-      {"greatest_strain_place", a.greatest_strain_place, "L", "where along the axis, 0 at the free end"},
-      {"least_strain_compared", b.least_strain, "1", "of any bond, law of [compared_bond]"},
-      {"greatest_strain_compared", b.greatest_strain, "1", "of any bond, law of [compared_bond]"},
-      {"greatest_mach", std::max(a.greatest_mach, b.greatest_mach), "1",
-       "over the runs, at the watched steps"},
-      {"period", study.stroke.period(), "T", "2 pi/omega, from the Reynolds number"},
-      {"touched_nodes", static_cast<double>(a.touched_nodes), "1",
-       "distinct lattice nodes under the supports"},
-      metric_of(growth),
-      {"dt_over_limit", std::max(step_over_limit(study.stroke), step_over_limit(other)), "1",
-       "sub-step over the linear limit 2/omega_max at rest"},
-  };
+  add(seen.metrics,
+      {{"deviation_z_max", d.z_max, "1", "max |dz|/z0 between the laws over four phases of the last period"},
+       {"deviation_z_rms", d.z_rms, "1", "largest rms of dz/z0 of these phases"},
+       {"deviation_lab_max", d.lab_max, "1", "max |d|/z0 in the laboratory"},
+       {"deviation_swimming_max", d.moved_max, "1", "max |d|/z0, displacement along y taken out"},
+       {"greatest_mach", worse(a.greatest_mach, b.greatest_mach), "1",
+        "over the runs, sampled at the watched steps, the first and the last"},
+       {"dt_over_limit", worse(step_over_limit(study.stroke), step_over_limit(other)), "1",
+        "sub-step over the linear limit 2/omega_max at rest"}});
 
   const std::array<std::size_t, 4> phases = figure_phases(a);
   for (std::size_t k = 0; k < phases.size(); ++k) {
     seen.metrics.push_back({fmt::format("deviation_z_phase_{}", k + 1), deviation(a, b, phases[k], z0).z_max,
                             "1",
                             fmt::format("max |dz|/z0 between the laws at {}/4 of the last period", k + 1)});
-  }
-  if (!a.film.empty()) seen.records.push_back(film_of(a));
-  if (study.stroke.short_bond > 0.0) {
-    seen.metrics.push_back({"share_short", a.share_short, "1",
-                            "of bonds and times of the last period with r < 1.2 sigma, law of [bond]"});
   }
   if (!study.modulus_factors.empty()) {
     Record record{"modulus_deviation",
@@ -216,7 +236,8 @@ void run(const FilamentStudy& study, Observations& seen, Progress& progress, eng
                    {"swimming_max", "", "1", "max |d|/z0, displacement along y taken out", {}}}};
     for (std::size_t i = 0; i < study.modulus_factors.size(); ++i) {
       const double factor = study.modulus_factors[i];
-      const StrokeResult c = run_guarded(strokes[2 + i], fmt::format("E x {}", factor), growth, progress);
+      const StrokeResult c =
+          run_guarded(strokes[2 + i], fmt::format("E x {}", factor), "stroke_modulus", progress);
       const Deviation e = worst(c, b, z0);
       record.append({factor, e.z_max, e.z_rms, e.moved_max});
       cost.finish(fmt::format("modulus x {}", factor), parts_of(c.seconds));
@@ -231,13 +252,31 @@ void run(const FilamentStudy& study, Observations& seen, Progress& progress, eng
   // Wall time is no part of what was measured: it goes into the timing of the result.
 }
 
+std::vector<double> read_factors(const io::Section& t, const bond::AnyLaw& law) {
+  const std::vector<double> factors = t.numbers("modulus_factors");
+  for (auto factor = factors.begin(); factor != factors.end(); ++factor) {
+    const auto fail = [&](const std::string& why) {
+      t.fail("modulus_factors", fmt::format("'modulus_factors' holds {}", *factor), why,
+             "Give for example [0.95, 1.05]");
+    };
+    if (!(*factor > 0.0)) fail("a modulus is positive");
+    if (std::find(factors.begin(), factor, *factor) != factor) fail("twice the same run");
+    try {
+      stiffer(law, *factor);
+    } catch (const BadParameter& bad) {
+      fail(fmt::format("{}: {}", bad.problem, bad.why));
+    }
+  }
+  return factors;
+}
+
 }  // namespace
 
 engine::Study read_filament(const io::Section& top) {
   FilamentStudy study{
       .stroke = read_stroke(top), .other = engine::read_law(top, "compared_bond"), .modulus_factors = {}};
   const io::Section t = top.table("filament");
-  if (t.has("modulus_factors")) study.modulus_factors = t.numbers("modulus_factors");
+  if (t.has("modulus_factors")) study.modulus_factors = read_factors(t, study.other);
   if (t.has("film")) study.stroke.film = t.integer("film", 1, 1000);
   std::vector<std::string> measures{"deviation_z_max",
                                     "deviation_z_rms",
@@ -247,8 +286,6 @@ engine::Study read_filament(const io::Section& top) {
                                     "deviation_z_phase_4",
                                     "deviation_lab_max",
                                     "deviation_swimming_max",
-                                    "period_change",
-                                    "period_change_compared",
                                     "swum",
                                     "swum_compared",
                                     "work",
@@ -266,12 +303,13 @@ engine::Study read_filament(const io::Section& top) {
                                     "touched_nodes",
                                     "coupling_growth",
                                     "dt_over_limit",
-                                    "share_short",
                                     "centre_lines.z",
                                     "centre_lines.y_compared",
                                     "centre_lines.z_compared",
                                     "centre_lines.y",
                                     "law_deviation.z_max"};
+  if (study.stroke.periods > 1) measures.insert(measures.end(), {"period_change", "period_change_compared"});
+  if (study.stroke.short_bond > 0.0) measures.emplace_back("share_short");
   if (!study.modulus_factors.empty()) measures.insert(measures.end(), {"modulus_low", "modulus_high"});
   return {.plan = plan_stroke(top, study.stroke),
           .measures = measures,

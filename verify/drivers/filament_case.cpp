@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "bond/derive.hpp"
+#include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 
 namespace veriflex::drivers {
@@ -18,6 +21,45 @@ Driven read_driven(const io::Section& t) {
 void need_positive(const io::Section& t, const std::string& key, double value) {
   if (value > 0.0) return;
   t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give more than 0");
+}
+
+double read_ramp(const io::Section& t, double otherwise) {
+  const double periods = t.number("ramp_periods", otherwise);
+  if (periods < 0.0) {
+    t.fail("ramp_periods", fmt::format("'ramp_periods' is {}", periods), "a ramp is 0 periods long or more",
+           "0 starts abruptly");
+  }
+  return periods;
+}
+
+Vec3 read_offset(const io::Section& t) {
+  const Vec3 offset = engine::read_vector(t, "offset");
+  for (const double along : offset) {
+    if (std::abs(along) <= farthest_offset) continue;
+    t.fail("offset", fmt::format("'offset' holds {}", along),
+           "so far away a number no longer tells places within a node's spacing apart",
+           "Whole box lengths along a periodic axis change nothing: leave them out");
+  }
+  return offset;
+}
+
+/// Refuses a stroke that has no room in its box, or that takes too few or too many steps.
+void check(const Stroke& stroke, const Place& box, const Place& frequency) {
+  constexpr double least_period = 16.0;  // steps: two from one of the phases that are looked at to the next
+  engine::whole_steps(stroke.period(), least_period, "a period of the stroke takes", frequency);
+  engine::whole_steps(stroke.periods * stroke.period(), 1.0, "the stroke takes", frequency);
+  const double across = 2.0 * std::floor(stroke.rod.radius) * stroke.rod.spacing;
+  const Vec3 driven(0.0, 0.0, stroke.amplitude);
+  engine::check_images(stroke.fluid, stroke.coupling.delta, {across, stroke.length(), across}, driven,
+                       "the filament", box);
+  const scene::Body body = body_of(stroke);
+  const scene::CouplingSpec coupling = coupling_of(stroke);
+  try {
+    engine::check_supports(stroke.fluid, coupling.delta, scene::markers_at_rest(body.network, coupling),
+                           driven, "the filament", box);
+  } catch (const BadParameter& bad) {  // a listed node that the body has not
+    throw InputError(box, bad.problem, bad.why, bad.suggestion);
+  }
 }
 
 }  // namespace
@@ -39,11 +81,11 @@ Stroke read_stroke(const io::Section& top) {
                 .node_mass = t.number("node_mass"),
                 .substeps = {.count = read_substeps(t), .safety = 0.0},
                 .coupling = engine::read_coupling(top),
-                .offset = t.has("offset") ? engine::read_vector(t, "offset") : Vec3(Vec3::Zero()),
+                .offset = t.has("offset") ? read_offset(t) : Vec3(Vec3::Zero()),
                 .amplitude = t.number("amplitude"),
                 .reynolds = t.number("reynolds"),
                 .driven = t.has("driven") ? read_driven(t) : Driven::Node,
-                .ramp_periods = t.number("ramp_periods", 0.0),
+                .ramp_periods = read_ramp(t, 0.0),
                 .periods = static_cast<int>(t.integer("periods", 1, 1000)),
                 .watch = engine::read_watch(top),
                 .node_mass_place = t.place("node_mass")};
@@ -71,8 +113,8 @@ Stroke varied(const Stroke& base, const io::Section& variant) {
     const io::Section t = variant.table("filament");
     if (t.has("substeps")) s.substeps.count = read_substeps(t);
     if (t.has("driven")) s.driven = read_driven(t);
-    if (t.has("offset")) s.offset = engine::read_vector(t, "offset");
-    s.ramp_periods = t.number("ramp_periods", s.ramp_periods);
+    if (t.has("offset")) s.offset = read_offset(t);
+    s.ramp_periods = read_ramp(t, s.ramp_periods);
     if (t.has("amplitude")) {
       const double amplitude = t.number("amplitude");
       need_positive(t, "amplitude", amplitude);
@@ -80,17 +122,25 @@ Stroke varied(const Stroke& base, const io::Section& variant) {
       s.amplitude = amplitude;
     }
   }
+  try {
+    fluid::require_memory(s.fluid);
+  } catch (const BadParameter& bad) {
+    throw InputError(variant.place(), bad.problem, bad.why, bad.suggestion);
+  }
+  check(s, variant.place(), variant.place());
   return s;
 }
 
 scene::Plan plan_stroke(const io::Section& top, const Stroke& stroke) {
-  return engine::read_plan(
+  scene::Plan plan = engine::read_plan(
       top, {.law = stroke.law,
             .solid = scene::SolidSpec{.shape = stroke.rod, .angle_stiffness = stroke.angle_stiffness},
             .method = fmt::format("leap-frog, {} sub-steps, driven at one end", stroke.substeps.count),
             .moves = true,
             .fluid = stroke.fluid,
             .coupling = stroke.coupling});
+  check(stroke, top.table("fluid").place("nodes"), top.table("filament").place("reynolds"));
+  return plan;
 }
 
 }  // namespace veriflex::drivers

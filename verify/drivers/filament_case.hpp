@@ -7,15 +7,19 @@
 
 namespace veriflex::drivers {
 
+/// Of the axis from the middle of the box. Neighbouring doubles there are 1e-7 apart  [L].
+constexpr double farthest_offset = 1e9;
+
 /// [bond], [solid], [angle], [fluid], [coupling], [watch] and the part of [filament] that is the filament's
 /// own. Throws InputError.
 Stroke read_stroke(const io::Section& top);
 
 /// The same filament with what a [[variant]] changes of it. A changed amplitude keeps the frequency. Throws
-/// InputError.
+/// InputError, also where it then has no room in its box.
 Stroke varied(const Stroke& base, const io::Section& variant);
 
-/// The plan, with a scene that cannot be planned reported at its place in the case.
+/// The plan, with a scene that cannot be planned, or whose filament has no room in its box, reported at its
+/// place in the case.
 scene::Plan plan_stroke(const io::Section& top, const Stroke& stroke);
 
 }  // namespace veriflex::drivers

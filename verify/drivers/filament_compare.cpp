@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/reduce.hpp"
+
 namespace veriflex::drivers {
 
 Deviation deviation(const StrokeResult& a, const StrokeResult& b, std::size_t phase, double z0) {
@@ -12,12 +14,12 @@ Deviation deviation(const StrokeResult& a, const StrokeResult& b, std::size_t ph
   const auto rms = [&](const auto& values) {
     return std::sqrt(values.squaredNorm() / static_cast<double>(d.rows())) / z0;
   };
-  result.z_max = d.col(2).cwiseAbs().maxCoeff() / z0;
+  result.z_max = largest_magnitude(d.col(2)) / z0;
   result.z_rms = rms(d.col(2));
-  result.lab_max = d.rowwise().norm().maxCoeff() / z0;
+  result.lab_max = largest(d.rowwise().norm()) / z0;
   result.lab_rms = rms(d);
   d.col(1).array() -= a.centre[phase][1] - b.centre[phase][1];
-  result.moved_max = d.rowwise().norm().maxCoeff() / z0;
+  result.moved_max = largest(d.rowwise().norm()) / z0;
   result.moved_rms = rms(d);
   return result;
 }
@@ -31,23 +33,22 @@ Deviation worst(const StrokeResult& a, const StrokeResult& b, double z0) {
   Deviation most{};
   for (const std::size_t phase : figure_phases(a)) {
     const Deviation d = deviation(a, b, phase, z0);
-    most.z_max = std::max(most.z_max, d.z_max);
-    most.z_rms = std::max(most.z_rms, d.z_rms);
-    most.lab_max = std::max(most.lab_max, d.lab_max);
-    most.lab_rms = std::max(most.lab_rms, d.lab_rms);
-    most.moved_max = std::max(most.moved_max, d.moved_max);
-    most.moved_rms = std::max(most.moved_rms, d.moved_rms);
+    most.z_max = worse(most.z_max, d.z_max);
+    most.z_rms = worse(most.z_rms, d.z_rms);
+    most.lab_max = worse(most.lab_max, d.lab_max);
+    most.lab_rms = worse(most.lab_rms, d.lab_rms);
+    most.moved_max = worse(most.moved_max, d.moved_max);
+    most.moved_rms = worse(most.moved_rms, d.moved_rms);
   }
   return most;
 }
 
 double change_over_last_period(const StrokeResult& seen, double z0) {
-  if (seen.lines.size() < 2 * phases_per_period) return 1.0;
   double most = 0.0;
   for (const std::size_t phase : figure_phases(seen)) {
     Positions d = seen.lines[phase] - seen.lines[phase - phases_per_period];
     d.col(1).array() -= seen.centre[phase][1] - seen.centre[phase - phases_per_period][1];
-    most = std::max(most, d.rowwise().norm().maxCoeff() / z0);
+    most = worse(most, largest(d.rowwise().norm()) / z0);
   }
   return most;
 }

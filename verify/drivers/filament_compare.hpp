@@ -21,7 +21,7 @@ std::array<std::size_t, 4> figure_phases(const StrokeResult& seen);
 Deviation worst(const StrokeResult& a, const StrokeResult& b, double z0);
 
 /// Largest change of the centre line from one period to the next at the figures' phases, over z0, swimming
-/// taken out; 1 when there is no period before.
+/// taken out. Of a stroke of two periods or more.
 double change_over_last_period(const StrokeResult& seen, double z0);
 
 /// Displacement of the centre of mass along y in the last period  [L].

@@ -4,7 +4,8 @@
 
 #include <cmath>
 
-#include "engine/check_coupling.hpp"
+#include "drivers/filament_compare.hpp"
+#include "drivers/under_watch.hpp"
 #include "observe/interrupted.hpp"
 
 namespace veriflex::drivers {
@@ -26,54 +27,46 @@ observe::Record history_of(const StrokeResult& seen, const std::string& name, co
   return record;
 }
 
-observe::Metric metric_of(double growth) {
-  return {
-      "coupling_growth", growth, "1",
-      "largest factor a step of the linearised exchange, without the fluid's own motion; up to 1 is stable"};
-}
-
 namespace {
 
 /// What is left of a stroke that broke off.
-observe::Observations until(const StrokeResult& seen, const std::string& law) {
-  observe::Record nodes{"last_good_nodes",
-                        "Where the nodes were at the last good look, " + law,
-                        {{"node", "", "1", "number of the node", {}},
-                         {"x", "", "L", "in the box, not wrapped", {}},
-                         {"y", "", "L", "along the filament at rest", {}},
-                         {"z", "", "L", "along the drive", {}}}};
+observe::Observations until(const StrokeResult& seen, const std::string& history, const std::string& law) {
   const LastGood& good = seen.last_good;
-  for (Eigen::Index i = 0; i < good.nodes.rows(); ++i) {
-    nodes.append({static_cast<double>(i), good.nodes(i, 0), good.nodes(i, 1), good.nodes(i, 2)});
-  }
-  observe::Observations left{.records = {history_of(seen, "stroke", law), nodes},
+  observe::Observations left{.records = {history_of(seen, history, law), last_good_nodes(good.nodes, law)},
                              .metrics = observe::last_good(good.step, good.fluid)};
-  left.metrics.push_back({"least_strain", seen.least_strain, "1", "of any bond until the end"});
-  left.metrics.push_back({"greatest_strain", seen.greatest_strain, "1", "of any bond until the end"});
+  left.metrics.push_back({"last_least_strain", seen.least_strain, "1", "of any bond until the end"});
+  left.metrics.push_back({"last_greatest_strain", seen.greatest_strain, "1", "of any bond until the end"});
   return left;
 }
 
 }  // namespace
 
-double check_strokes(const std::vector<Stroke>& strokes, Progress& progress) {
-  double growth = 0.0;
+void check_strokes(const std::vector<Stroke>& strokes, observe::Observations& seen, Progress& progress) {
+  seen.metrics.push_back(
+      {"coupling_growth", 0.0, "1",
+       "largest factor a step of the linearised exchange, without the fluid's own motion; up "
+       "to 1 is stable"});
   for (const Stroke& stroke : strokes) {
-    growth = std::max(growth, engine::check_coupling(stroke.fluid, body_of(stroke), coupling_of(stroke),
-                                                     fmt::format("the {} body", bond::name_of(stroke.law)),
-                                                     stroke.node_mass_place, progress));
+    engine::check_coupling(stroke.fluid, body_of(stroke), coupling_of(stroke),
+                           fmt::format("the {} body", bond::name_of(stroke.law)), stroke.node_mass_place,
+                           seen.metrics.back().value, progress);
   }
-  return growth;
 }
 
-StrokeResult run_guarded(const Stroke& stroke, const std::string& name, double growth, Progress& progress) {
+StrokeResult run_guarded(const Stroke& stroke, const std::string& name, const std::string& history,
+                         Progress& progress) {
   try {
     return run_stroke(stroke, name, progress);
   } catch (const StrokeFailure& failure) {
-    observe::Observations seen = until(failure.seen, name);
-    seen.metrics.push_back(metric_of(growth));
     throw observe::Interrupted(NumericalFailure(fmt::format("{}: {}", name, failure.what())),
-                               std::move(seen));
+                               until(failure.seen, history, name));
   }
+}
+
+std::vector<observe::Metric> period_change_of(const StrokeResult& seen, double z0, const std::string& name,
+                                              const std::string& meaning) {
+  if (seen.lines.size() < 2 * phases_per_period) return {};
+  return {{name, change_over_last_period(seen, z0), "1", meaning}};
 }
 
 std::vector<engine::Phase> parts_of(const scene::Simulation::Seconds& s) {

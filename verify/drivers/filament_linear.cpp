@@ -5,6 +5,7 @@
 #include <complex>
 #include <numbers>
 
+#include "base/reduce.hpp"
 #include "drivers/beam_section.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/filament_case.hpp"
@@ -123,7 +124,8 @@ double resistance_of(const Stroke& stroke) {
     markers.row(row) = coupling.origin.transpose() + body.network.rest.row(coupled[i]);
     if (std::abs(body.network.rest(coupled[i], 1) - along) < 0.5 * stroke.rod.spacing) middle.push_back(row);
   }
-  coupling::Transfer transfer(stroke.fluid.grid, fluid::closed(stroke.fluid), coupling.delta);
+  coupling::Transfer transfer(stroke.fluid.grid, fluid::closed(stroke.fluid), coupling.delta,
+                              stroke.fluid.obstacle);
   transfer.locate(markers);
   Positions spread, back;
   transfer.spread(Positions::Ones(markers.rows(), 3), spread);
@@ -148,7 +150,7 @@ Shape first_harmonic(const StrokeResult& seen, double z0) {
   return shape;
 }
 
-double distance(const Shape& a, const Shape& b) { return (a - b).cwiseAbs().maxCoeff(); }
+double distance(const Shape& a, const Shape& b) { return largest((a - b).cwiseAbs()); }
 
 struct LinearStudy {
   Stroke stroke;
@@ -192,11 +194,13 @@ void run(const LinearStudy& study, Observations& seen, Progress& progress, engin
   const Stroke& stroke = study.stroke;
   Stroke other = stroke;
   other.law = study.compared;
-  const double growth = check_strokes({stroke, other}, progress);
+  check_strokes({stroke, other}, seen, progress);
   cost.finish("stability of the coupling");
-  const StrokeResult a = run_guarded(stroke, bond::name_of(stroke.law), growth, progress);
+  const StrokeResult a = run_guarded(stroke, bond::name_of(stroke.law), "stroke", progress);
+  seen.records.push_back(history_of(a, "stroke", bond::name_of(stroke.law)));
   cost.finish(bond::name_of(stroke.law), parts_of(a.seconds));
-  const StrokeResult b = run_guarded(other, bond::name_of(study.compared), growth, progress);
+  const StrokeResult b = run_guarded(other, bond::name_of(study.compared), "stroke_compared", progress);
+  seen.records.push_back(history_of(b, "stroke_compared", bond::name_of(study.compared)));
   cost.finish(bond::name_of(study.compared) + " compared", parts_of(b.seconds));
 
   const scene::SolidSpec spec{.shape = stroke.rod, .angle_stiffness = stroke.angle_stiffness};
@@ -216,8 +220,8 @@ void run(const LinearStudy& study, Observations& seen, Progress& progress, engin
   const auto& [measured, compared, rings, cylinder, resistive] = shapes;
   cost.finish("theory");
 
-  seen.records = {record_of(shapes)};
-  seen.metrics = {
+  seen.records.insert(seen.records.begin(), record_of(shapes));
+  const std::vector<observe::Metric> metrics{
       {"rings_error", distance(measured, rings), "1",
        "max |W - W of linear theory|, sections in each other's unsteady flow, law of [bond]"},
       {"rings_error_compared", distance(compared, rings), "1", "the same, law of [compared_bond]"},
@@ -234,11 +238,13 @@ void run(const LinearStudy& study, Observations& seen, Progress& progress, engin
       {"bending_stiffness", beam.bending, "M L^3 T^-2", "B of the lattice"},
       {"shear_stiffness", beam.shear, "M L T^-2", "kappa GA of the lattice"},
       {"solid_mass", mass, "M", "of a section's nodes; the fluid inside is part of the flow in the theories"},
-      {"period_change", change_over_last_period(a, stroke.amplitude), "1",
-       "max |d|/z0 from the period before, law of [bond]"},
-      {"dt_over_limit", std::max(step_over_limit(stroke), step_over_limit(other)), "1",
-       "sub-step over the linear limit 2/omega_max at rest"},
-      metric_of(growth)};
+      {"dt_over_limit", worse(step_over_limit(stroke), step_over_limit(other)), "1",
+       "sub-step over the linear limit 2/omega_max at rest"}};
+  seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
+  for (const observe::Metric& metric : period_change_of(a, stroke.amplitude, "period_change",
+                                                        "max |d|/z0 from the period before, law of [bond]")) {
+    seen.metrics.push_back(metric);
+  }
 }
 
 }  // namespace
@@ -246,19 +252,26 @@ void run(const LinearStudy& study, Observations& seen, Progress& progress, engin
 engine::Study read_filament_linear(const io::Section& top) {
   LinearStudy study{read_stroke(top), engine::read_law(top, "compared_bond"),
                     top.table("linear").number("hydrodynamic_radius")};
-  if (!(study.hydrodynamic_radius > 0.0)) {
-    top.table("linear").fail("hydrodynamic_radius", fmt::format("it is {}", study.hydrodynamic_radius),
-                             "it must be positive", "It is near the radius of the rod");
+  const double spacing = study.stroke.rod.spacing;
+  const double most = 10.0 * (study.stroke.rod.radius + 1.0) * spacing;
+  if (!(study.hydrodynamic_radius >= 0.01 * spacing) || study.hydrodynamic_radius > most) {
+    top.table("linear").fail(
+        "hydrodynamic_radius", fmt::format("it is {}", study.hydrodynamic_radius),
+        fmt::format("sections are rings of it, and it lies between {:.3g} and {:.3g}", 0.01 * spacing, most),
+        "It is near the radius of the rod");
   }
-  return {
-      .plan = plan_stroke(top, study.stroke),
-      .measures = {"rings_error", "rings_error_compared", "rings_error_without_slip", "cylinder_error",
-                   "resistive_error", "law_distance", "tip_amplitude", "tip_amplitude_rings", "resistance",
-                   "bending_stiffness", "shear_stiffness", "solid_mass", "period_change", "dt_over_limit",
-                   "coupling_growth", "first_harmonic.amplitude", "first_harmonic.phase"},
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+  std::vector<std::string> measures{"rings_error",         "rings_error_compared", "rings_error_without_slip",
+                                    "cylinder_error",      "resistive_error",      "law_distance",
+                                    "tip_amplitude",       "tip_amplitude_rings",  "resistance",
+                                    "bending_stiffness",   "shear_stiffness",      "solid_mass",
+                                    "dt_over_limit",       "coupling_growth",      "first_harmonic.amplitude",
+                                    "first_harmonic.phase"};
+  if (study.stroke.periods > 1) measures.emplace_back("period_change");
+  return {.plan = plan_stroke(top, study.stroke),
+          .measures = measures,
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::drivers

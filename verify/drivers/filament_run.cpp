@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/reduce.hpp"
 #include "solid/modes.hpp"
 
 namespace veriflex::drivers {
@@ -27,43 +28,77 @@ Places places_of(const Stroke& stroke, const Positions& rest) {
   return places;
 }
 
+/// The free end. Whole boxes along a periodic axis are taken out of the offset: they change nothing.
 Vec3 middle_of(const Stroke& stroke) {
+  const std::array<bool, 3> walled = closed(stroke.fluid);
   Vec3 middle = stroke.offset;
-  for (int i = 0; i < 3; ++i)
-    middle[i] += static_cast<double>(stroke.fluid.grid.size[static_cast<std::size_t>(i)] / 2);
-  middle[1] -= 0.5 * stroke.length();  // the free end
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    const std::int64_t size = stroke.fluid.grid.size[axis];
+    if (!walled[axis]) middle[i] = std::remainder(middle[i], static_cast<double>(size));
+    middle[i] += static_cast<double>(size / 2);
+  }
+  middle[1] -= 0.5 * stroke.length();
   return middle;
 }
 
-/// Smallest and largest bond strain now, and where along the rod.
-void watch_strains(const scene::Simulation& simulation, const Stroke& stroke, double time, bool last_period,
-                   StrokeResult& seen, Moment& moment) {
-  const solid::Network& network = simulation.network();
+Vec3 bond_vector(const scene::Simulation& simulation, std::size_t bond) {
+  const auto [i, j] = simulation.network().bonds[bond];
   const Positions& u = simulation.solid().displacement();
-  moment.least_strain = INFINITY;
-  moment.greatest_strain = -INFINITY;
-  for (std::size_t b = 0; b < network.bonds.size(); ++b) {
-    const auto [i, j] = network.bonds[b];
-    const Vec3 d = network.vectors.row(static_cast<Eigen::Index>(b)) + (u.row(j) - u.row(i));
-    const double strain = d.norm() / stroke.rod.spacing - 1.0;
-    moment.least_strain = std::min(moment.least_strain, strain);
-    moment.greatest_strain = std::max(moment.greatest_strain, strain);
-    const double place = 0.5 * (network.rest(i, 1) + network.rest(j, 1));
-    if (strain < seen.least_strain) {
-      seen.least_strain = strain;
-      seen.least_strain_time = time;
-      seen.least_strain_place = place;
+  return simulation.network().vectors.row(static_cast<Eigen::Index>(bond)) + (u.row(j) - u.row(i));
+}
+
+/// The shortest and the longest bond now.
+struct Lengths {
+  double least_square = INFINITY, greatest_square = -INFINITY;  // [L^2]
+  std::size_t shortest = 0, longest = 0;
+};
+
+Lengths lengths_of(const scene::Simulation& simulation) {
+  Lengths seen;
+  for (std::size_t b = 0; b < simulation.network().bonds.size(); ++b) {
+    const double square = bond_vector(simulation, b).squaredNorm();
+    if (square < seen.least_square) {
+      seen.least_square = square;
+      seen.shortest = b;
     }
-    if (strain > seen.greatest_strain) {
-      seen.greatest_strain = strain;
-      seen.greatest_strain_time = time;
-      seen.greatest_strain_place = place;
+    if (square > seen.greatest_square) {
+      seen.greatest_square = square;
+      seen.longest = b;
     }
-    if (last_period) {
-      if (d.norm() < stroke.short_bond) seen.share_short += 1.0;
-      const double bin = (strain - strain_bin_lo) / (strain_bin_hi - strain_bin_lo) * strain_bins;
-      seen.histogram[static_cast<std::size_t>(std::clamp(std::floor(bin), 0.0, strain_bins - 1.0))] += 1.0;
-    }
+  }
+  return seen;
+}
+
+/// Smallest and largest bond strain until now, of every step, and where along the rod.
+void watch_strains(const scene::Simulation& simulation, const Stroke& stroke, const Lengths& now, double time,
+                   StrokeResult& seen) {
+  const solid::Network& network = simulation.network();
+  const auto place = [&](std::size_t bond) {
+    return 0.5 * (network.rest(network.bonds[bond].first, 1) + network.rest(network.bonds[bond].second, 1));
+  };
+  const double least = std::sqrt(now.least_square) / stroke.rod.spacing - 1.0;
+  const double greatest = std::sqrt(now.greatest_square) / stroke.rod.spacing - 1.0;
+  if (least < seen.least_strain) {
+    seen.least_strain = least;
+    seen.least_strain_time = time;
+    seen.least_strain_place = place(now.shortest);
+  }
+  if (greatest > seen.greatest_strain) {
+    seen.greatest_strain = greatest;
+    seen.greatest_strain_time = time;
+    seen.greatest_strain_place = place(now.longest);
+  }
+}
+
+/// Counts the bonds' lengths.
+void count_lengths(const scene::Simulation& simulation, const Stroke& stroke, StrokeResult& seen) {
+  for (std::size_t b = 0; b < simulation.network().bonds.size(); ++b) {
+    const double length = bond_vector(simulation, b).norm();
+    if (length < stroke.short_bond) seen.share_short += 1.0;
+    const double strain = length / stroke.rod.spacing - 1.0;
+    const double bin = (strain - strain_bin_lo) / (strain_bin_hi - strain_bin_lo) * strain_bins;
+    seen.histogram[static_cast<std::size_t>(std::clamp(std::floor(bin), 0.0, strain_bins - 1.0))] += 1.0;
   }
 }
 
@@ -113,6 +148,7 @@ scene::Body body_of(const Stroke& stroke) {
 scene::CouplingSpec coupling_of(const Stroke& stroke) {
   scene::CouplingSpec coupling = stroke.coupling;
   coupling.origin = middle_of(stroke);
+  coupling.axis = 1;
   return coupling;
 }
 
@@ -145,8 +181,8 @@ void march(scene::Simulation& simulation, const Stroke& stroke, const std::strin
   const auto look = [&] {
     seen.last_good = {simulation.fluid().steps(), simulation.positions(),
                       observe::check(simulation.fluid(), stroke.watch)};
-    seen.greatest_mach = std::max(
-        seen.greatest_mach, seen.last_good.fluid.greatest_speed / std::sqrt(fluid::sound_speed_squared));
+    seen.greatest_mach = worse(seen.greatest_mach,
+                               seen.last_good.fluid.greatest_speed / std::sqrt(fluid::sound_speed_squared));
   };
   look();
   const auto every = std::max<std::int64_t>(1, std::llround(period / 64.0));
@@ -182,15 +218,19 @@ void march(scene::Simulation& simulation, const Stroke& stroke, const std::strin
       ++next_phase;
     }
     before = now;
+    const Lengths lengths = lengths_of(simulation);
+    watch_strains(simulation, stroke, lengths, time / period, seen);
     if (step % every == 0 || step == seen.steps) {
       Moment moment{};
       moment.time = time / period;
+      moment.least_strain = std::sqrt(lengths.least_square) / stroke.rod.spacing - 1.0;
+      moment.greatest_strain = std::sqrt(lengths.greatest_square) / stroke.rod.spacing - 1.0;
       moment.drive = now(driven.front(), 2);
       moment.force = force;
       moment.centre_y = now.col(1).mean();
       moment.slip =
           std::sqrt(simulation.slip().squaredNorm() / static_cast<double>(simulation.slip().rows()));
-      watch_strains(simulation, stroke, moment.time, time > (stroke.periods - 1) * period, seen, moment);
+      if (time > (stroke.periods - 1) * period) count_lengths(simulation, stroke, seen);
       seen.history.push_back(moment);
       progress.show(name, static_cast<std::size_t>(step), static_cast<std::size_t>(seen.steps));
     }

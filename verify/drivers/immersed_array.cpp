@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <exception>
 #include <numbers>
 
 #include "base/error.hpp"
@@ -8,8 +10,9 @@
 #include "base/root.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/immersed.hpp"
-#include "drivers/march.hpp"
+#include "drivers/under_watch.hpp"
 #include "engine/analytic/channel.hpp"
+#include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 
 // A body of markers in a periodic cell is an array of bodies. The force on the fluid acts inside of the body
@@ -120,6 +123,15 @@ fluid::Spec cell(const Array& study, double relaxation_time, std::int64_t nodes)
   return spec;
 }
 
+/// Six times what momentum takes across the cell.
+double settling_time(double side, double viscosity) {
+  return 6.0 * side * side / (4.0 * pi * pi * viscosity);
+}
+
+std::int64_t settling_steps(double side, double viscosity) {
+  return static_cast<std::int64_t>(std::ceil(settling_time(side, viscosity)));
+}
+
 /// Steps until the markers take up the whole force. The flow's own relaxation, as slow as the mean velocity's
 /// approach to balance, is not waited for: creeping flow is linear, so that after its fast part, diffusion
 /// across the cell, has died out it is multiplied by what the balance lacks.
@@ -138,7 +150,7 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
 
   const double nu = fluid::viscosity(relaxation_time);
   const auto side = static_cast<double>(nodes);
-  const auto settling = static_cast<std::int64_t>(std::ceil(6.0 * side * side / (4.0 * pi * pi * nu)));
+  const std::int64_t settling = settling_steps(side, nu);
   const auto volume = static_cast<double>(spec.grid.count());
   const double whole = spec.body_force[0] * volume;
   constexpr int most_rounds = 30;
@@ -148,10 +160,13 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
   double imbalance = INFINITY;
   int rounds = 0;
   for (;;) {
-    for (std::int64_t step = 0; step < settling; ++step) {
-      body.advance(*fluid, Vec3::Zero());
-      observe::check_when_due(*fluid, study.watch);
-    }
+    under_watch(*fluid, study.watch, fmt::format("tau = {}, {} nodes", relaxation_time, nodes),
+                [&](const std::function<void()>& look_when_due) {
+                  for (std::int64_t step = 0; step < settling; ++step) {
+                    body.advance(*fluid, Vec3::Zero());
+                    look_when_due();
+                  }
+                });
     ++rounds;
     imbalance = body.total_force()[0] / whole - 1.0;
     if (std::abs(imbalance) <= study.steady_change) break;
@@ -199,21 +214,34 @@ struct Series {
   std::vector<Steadied> cells;
 };
 
-Series measure(const Array& study, double relaxation_time) {
-  Series series{0.0, 0.0, {drag_of(study, relaxation_time, study.first_cell)}};
+/// Up to which the series of drag is known to 0.1 %.
+double series_end(Shape shape) { return shape == Shape::Sphere ? 0.1251 : 0.1001; }
+
+void measure(const Array& study, double relaxation_time, Series& series) {
+  series.cells.push_back(drag_of(study, relaxation_time, study.first_cell));
   series.radius = fitted_radius(study, study.first_cell, series.cells.front().resistance);
   series.relative = fitted_radius(study, study.first_cell, series.cells.front().relative);
   for (const double fraction : study.solid_fractions) {
     const auto nodes = std::llround(side_of(study.shape, series.radius, fraction));
     series.cells.push_back(drag_of(study, relaxation_time, nodes));
   }
-  return series;
+}
+
+/// Whether any drag is predicted.
+bool predicts(const Array& study) {
+  return std::any_of(study.solid_fractions.begin(), study.solid_fractions.end(),
+                     [&](double fraction) { return fraction < series_end(study.shape); });
 }
 
 void run(const Array& study, Observations& seen, Progress& progress) {
   std::vector<Series> found(study.relaxation_times.size());
-  for_all(found.size(), "relaxation times", progress,
-          [&](std::size_t i) { found[i] = measure(study, study.relaxation_times[i]); });
+  std::exception_ptr broken;
+  try {
+    for_all(found.size(), "relaxation times", progress,
+            [&](std::size_t i) { measure(study, study.relaxation_times[i], found[i]); });
+  } catch (const NumericalFailure&) {
+    broken = std::current_exception();  // the cells that came to rest are kept
+  }
 
   Record record{
       "array",
@@ -222,7 +250,7 @@ void run(const Array& study, Observations& seen, Progress& progress) {
        {"nodes", "", "1", "across a cell", {}},
        {"solid_fraction", "c", "1", "with the fitted radius", {}},
        {"drag", "", "1", "of the fitted radius, in the units of the table", {}},
-       {"drag_exact", "", "1", "series", {}},
+       {"drag_exact", "", "1", "series; not a number beyond its end", {}},
        {"error_drag", "", "1", "relative; of the first cell zero by the fit", {}},
        {"error_relative", "", "1", "the same by U less the fluid's mean velocity at the markers", {}},
        {"slip", "", "1", "root mean square of sum f c + g/2 at the markers, over U", {}},
@@ -231,21 +259,30 @@ void run(const Array& study, Observations& seen, Progress& progress) {
   double worst = 0.0, worst_relative = 0.0, imbalance = 0.0, across = 0.0;
   for (std::size_t t = 0; t < found.size(); ++t) {
     const Series& series = found[t];
+    if (!(series.relative > 0.0)) continue;  // it broke off before
     const std::string suffix = fmt::format("_{}", t + 1);
     const double unit = unit_of(study.shape, series.radius);
     for (std::size_t i = 0; i < series.cells.size(); ++i) {
       const Steadied& s = series.cells[i];
       const auto side = static_cast<double>(s.nodes);
-      const double exact = exact_resistance(study.shape, series.radius, side);
-      const double error = s.resistance / exact - 1.0;
       const double fraction = solid_fraction(study.shape, series.radius, side);
-      const double error_relative = s.relative / exact_resistance(study.shape, series.relative, side) - 1.0;
+      const bool is_known = i == 0 || study.solid_fractions[i - 1] < series_end(study.shape);
+      const double exact = is_known ? exact_resistance(study.shape, series.radius, side) : NAN;
+      const double error = s.resistance / exact - 1.0;
+      const double error_relative =
+          !is_known ? NAN : s.relative / exact_resistance(study.shape, series.relative, side) - 1.0;
       record.append({study.relaxation_times[t], side, fraction, s.resistance / unit, exact / unit,
                      std::abs(error), std::abs(error_relative), s.slip, s.across,
                      static_cast<double>(s.steps)});
       imbalance = worse(imbalance, s.imbalance);
       across = worse(across, s.across);
       if (i == 0) continue;
+      if (!is_known) {
+        seen.metrics.push_back({fmt::format("drag_{}{}", i, suffix), s.resistance / unit, "1",
+                                fmt::format("at solid fraction {}, the nearest to {}, tau = {}", fraction,
+                                            study.solid_fractions[i - 1], study.relaxation_times[t])});
+        continue;
+      }
       worst = worse(worst, std::abs(error));
       worst_relative = worse(worst_relative, std::abs(error_relative));
       // The cell is a whole number of nodes: the fraction is not quite the one asked for.
@@ -266,17 +303,20 @@ void run(const Array& study, Observations& seen, Progress& progress) {
          fmt::format("over U, in the most dilute array, tau = {}", study.relaxation_times[t])});
   }
   seen.records.push_back(record);
-  seen.metrics.push_back({"prediction_error", worst, "1", "largest of the predicted drags"});
-  seen.metrics.push_back({"prediction_error_relative", worst_relative, "1",
-                          "the same by U less the fluid's mean velocity at the markers"});
+  if (broken) std::rethrow_exception(broken);
+  if (predicts(study)) {
+    seen.metrics.push_back({"prediction_error", worst, "1", "largest of the predicted drags"});
+    seen.metrics.push_back({"prediction_error_relative", worst_relative, "1",
+                            "the same by U less the fluid's mean velocity at the markers"});
+  }
   seen.metrics.push_back(
       {"imbalance", imbalance, "1", "largest share of the force that markers do not take up"});
   seen.metrics.push_back({"force_across", across, "1", "largest force across the flow, over the drag"});
 }
 
 std::vector<std::string> measures_of(const Array& study) {
-  std::vector<std::string> measures{"prediction_error", "prediction_error_relative", "imbalance",
-                                    "force_across"};
+  std::vector<std::string> measures{"imbalance", "force_across", "array.drag", "array.solid_fraction"};
+  if (predicts(study)) measures.insert(measures.end(), {"prediction_error", "prediction_error_relative"});
   for (std::size_t t = 1; t <= study.relaxation_times.size(); ++t) {
     measures.push_back(fmt::format("offset_{}", t));
     measures.push_back(fmt::format("offset_relative_{}", t));
@@ -313,19 +353,39 @@ engine::Study read_array(const io::Section& top) {
     t.fail("relaxation_times", "none, or one that is not more than 0.5",
            "the viscosity (tau - 1/2)/3 must be positive", "Give for example [0.8, 1.2]");
   }
-  const double most = study.shape == Shape::Sphere ? 0.1251 : 0.1001;
-  const double dilute = solid_fraction(study.shape, study.radius, static_cast<double>(study.first_cell));
+  const auto first_cell = static_cast<double>(study.first_cell);
+  const double dilute = solid_fraction(study.shape, study.radius, first_cell);
+  if (!(dilute < series_end(study.shape))) {
+    t.fail(
+        "radius", fmt::format("'radius' is {} in a cell of {} nodes", study.radius, study.first_cell),
+        fmt::format("it is fitted there by a series, which is known up to a solid fraction of {:.3g}; this "
+                    "is {:.3g}",
+                    series_end(study.shape), dilute),
+        "Use a smaller body or a larger first_cell");
+  }
+  if (!(study.marker_spacing >= 0.05) || study.marker_spacing > 2.0 * study.radius) {
+    t.fail("marker_spacing", fmt::format("'marker_spacing' is {}", study.marker_spacing),
+           fmt::format("it lies between 0.05 and the diameter, {}: a gap lets the fluid through, and many "
+                       "markers a node are only slow",
+                       2.0 * study.radius),
+           "1 is a marker for each node");
+  }
+  const double touching = study.shape == Shape::Sphere ? pi / 6.0 : pi / 4.0;
   for (const double fraction : study.solid_fractions) {
-    if (!(fraction > dilute && fraction < most)) {
+    if (!(fraction > dilute && fraction < 0.9 * touching)) {
       t.fail("solid_fractions", fmt::format("'solid_fractions' holds {}", fraction),
-             fmt::format("the radius is fitted at {:.3g}, and the series holds to 0.1 % up to {:.3g}", dilute,
-                         most),
-             "Choose between the two");
+             fmt::format("the radius is fitted at {:.3g}, and bodies touch at {:.3g}", dilute, touching),
+             "Choose between the two, not too near to the last");
     }
   }
+  for (const double tau : study.relaxation_times) {
+    engine::whole_steps(settling_time(first_cell, fluid::viscosity(tau)), 0.0, "to settle the flow takes",
+                        t.place("relaxation_times"));
+  }
   return {
-      .plan =
-          engine::read_plan(top, {.fluid = cell(study, study.relaxation_times.front(), study.first_cell)}),
+      .plan = engine::read_plan(top, {.fluid = cell(study, study.relaxation_times.front(), study.first_cell),
+                                      .coupling = engine::read_coupling(top),
+                                      .exchange = "markers at rest on the surface of the body"}),
       .measures = measures_of(study),
       .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }

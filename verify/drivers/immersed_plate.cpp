@@ -2,12 +2,15 @@
 
 #include <cmath>
 #include <complex>
+#include <exception>
 #include <numbers>
+#include <optional>
 
 #include "drivers/for_all.hpp"
 #include "drivers/immersed.hpp"
-#include "drivers/march.hpp"
+#include "drivers/under_watch.hpp"
 #include "engine/analytic/immersed.hpp"
+#include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 #include "observe/field.hpp"
 
@@ -91,13 +94,12 @@ Harmonics oscillate(const Plate& study, std::int64_t nodes, int iterations) {
 
   Harmonics seen{std::vector<Complex>(across.size()), 0.0, 0.0};
   Positions u;
-  for (std::int64_t step = 0; step < study.periods * period; ++step) {
+  const auto advance = [&](std::int64_t step) {
     const bool last = step >= (study.periods - 1) * period;
     const double angle = omega * static_cast<double>(step % period);
     if (last) fluid->velocities(across, u);
     plate.advance(*fluid, {velocity * std::cos(angle), 0.0, 0.0});
-    observe::check_when_due(*fluid, study.watch);
-    if (!last) continue;
+    if (!last) return;
     const Complex part = std::polar(2.0 / (static_cast<double>(period) * velocity), -angle);
     for (std::size_t j = 0; j < across.size(); ++j) {
       const double half = forced[j] < 0 ? 0.0 : 0.5 * (*given.force)(forced[j], 0);
@@ -105,7 +107,14 @@ Harmonics oscillate(const Plate& study, std::int64_t nodes, int iterations) {
     }
     seen.force -= part * plate.total_force()[0] / static_cast<double>(breadth * breadth);
     seen.slip += part * plate.slip_of_fluid()(0, 0);
-  }
+  };
+  under_watch(*fluid, study.watch, fmt::format("{} nodes, {} rounds", nodes, iterations),
+              [&](const std::function<void()>& look_when_due) {
+                for (std::int64_t step = 0; step < study.periods * period; ++step) {
+                  advance(step);
+                  look_when_due();
+                }
+              });
   return seen;
 }
 
@@ -200,11 +209,16 @@ Record iterations_of(const Plate& study, Progress& progress, engine::Cost& cost)
 
 void run(const Plate& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const std::size_t count = study.resolutions.size();
-  std::vector<Harmonics> found(count);
-  for_all(count, "boxes", progress, [&](std::size_t i) {  // the finest first: it takes longest
-    const std::size_t at = count - 1 - i;
-    found[at] = oscillate(study, study.resolutions[at], study.forcing.iterations);
-  });
+  std::vector<std::optional<Harmonics>> found(count);
+  std::exception_ptr broken;
+  try {
+    for_all(count, "boxes", progress, [&](std::size_t i) {  // the finest first: it takes longest
+      const std::size_t at = count - 1 - i;
+      found[at] = oscillate(study, study.resolutions[at], study.forcing.iterations);
+    });
+  } catch (const NumericalFailure&) {
+    broken = std::current_exception();
+  }
   cost.finish("resolutions");
   Record convergence{"convergence",
                      "Error against a plate without thickness",
@@ -214,9 +228,15 @@ void run(const Plate& study, Observations& seen, Progress& progress, engine::Cos
                       {"error_theory", "", "1", "of the force, against a plate of markers", {}}}};
   std::vector<Compared> all;
   for (std::size_t i = 0; i < count; ++i) {
+    if (!found[i]) continue;
     const std::int64_t nodes = study.resolutions[i];
-    all.push_back(compare(study, nodes, study.forcing.iterations, found[i]));
-    convergence.append({1.0 / static_cast<double>(nodes), all[i].profile, all[i].force, all[i].theory});
+    all.push_back(compare(study, nodes, study.forcing.iterations, *found[i]));
+    convergence.append(
+        {1.0 / static_cast<double>(nodes), all.back().profile, all.back().force, all.back().theory});
+  }
+  if (broken) {
+    seen.records.push_back(convergence);
+    std::rethrow_exception(broken);
   }
   const Compared& coarse = all[count - 2];
   const Compared& fine = all[count - 1];
@@ -224,7 +244,7 @@ void run(const Plate& study, Observations& seen, Progress& progress, engine::Cos
                                   static_cast<double>(study.resolutions[count - 2]));
   const auto order = [refined](double a, double b) { return std::log(a / b) / refined; };
   seen = {
-      .records = {profile_of(study, study.resolutions.back(), found.back()), convergence},
+      .records = {profile_of(study, study.resolutions.back(), *found.back()), convergence},
       .metrics = {
           {"order_profile", order(coarse.profile, fine.profile), "1", "in the spacing, last two rows"},
           {"order_force", order(coarse.force, fine.force), "1", "in the spacing, last two rows"},
@@ -257,7 +277,7 @@ engine::Study read_plate(const io::Section& top) {
   Plate study{.fluid = read_fluid(top, false),
               .forcing = read_forcing(top),
               .resolutions = read_rising(t, "resolutions", 8, 4096),
-              .period = t.integer("period", 8, 1'000'000'000),
+              .period = t.integer("period", 8, 200'000),
               .periods = t.integer("periods", 1, 10000),
               .velocity = read_positive(t, "velocity", 0.01),
               .iterations = {},
@@ -267,6 +287,10 @@ engine::Study read_plate(const io::Section& top) {
       if (rounds < 1 || rounds > 100) {
         t.fail("iterations", fmt::format("'iterations' holds {}", rounds), "a step has 1 to 100 rounds",
                "Give for example [1, 2, 4]");
+      }
+      if (std::find(study.iterations.begin(), study.iterations.end(), rounds) != study.iterations.end()) {
+        t.fail("iterations", fmt::format("'iterations' holds {} twice", rounds),
+               "their metrics could not be told apart", "Leave one out");
       }
       study.iterations.push_back(static_cast<int>(rounds));
     }
@@ -283,6 +307,9 @@ engine::Study read_plate(const io::Section& top) {
              "it grows with the square of the resolution", "Let resolutions be multiples of the first");
     }
   }
+  engine::whole_steps(
+      static_cast<double>(study.periods) * static_cast<double>(study.period_at(study.resolutions.back())),
+      1.0, "the finest plate takes", t.place("periods"));
   std::vector<std::string> measures{"order_profile", "order_force",  "order_theory", "error_profile",
                                     "error_force",   "error_theory", "force_ratio",  "force_lead",
                                     "slip",          "offset"};
@@ -290,8 +317,9 @@ engine::Study read_plate(const io::Section& top) {
     for (const char* what : {"slip", "error_force", "error_theory"})
       measures.push_back(fmt::format("{}_{}", what, rounds));
   }
-  return {.plan = engine::read_plan(
-              top, {.fluid = box(study, study.resolutions.back()), .coupling = engine::read_coupling(top)}),
+  return {.plan = engine::read_plan(top, {.fluid = box(study, study.resolutions.back()),
+                                          .coupling = engine::read_coupling(top),
+                                          .exchange = "markers of a plane, moved along itself"}),
           .measures = measures,
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);

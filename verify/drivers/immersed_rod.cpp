@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <cmath>
 #include <complex>
+#include <exception>
 #include <numbers>
 
 #include "base/error.hpp"
@@ -10,7 +11,9 @@
 #include "base/root.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/immersed.hpp"
+#include "drivers/under_watch.hpp"
 #include "engine/analytic/immersed.hpp"
+#include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 #include "solid/network.hpp"
 
@@ -41,6 +44,10 @@ struct Rod {
   std::int64_t cycles;             // run; the last is measured
   observe::Watch watch;
 };
+
+constexpr std::int64_t most_period = 200'000;
+constexpr double most_layer = 25.0;  // boxes
+constexpr std::int64_t unlimited = 1'000'000'000;
 
 struct Piece {
   std::int64_t box;
@@ -102,12 +109,11 @@ Answer oscillate(const Rod& study, const Piece& piece) {
   Eigen::MatrixXd basis(piece.period, 4);
   Eigen::VectorXd force(piece.period), carried(piece.period);
   double slip = 0.0;
-  for (std::int64_t step = 0; step < study.cycles * piece.period; ++step) {
+  const auto advance = [&](std::int64_t step) {
     const Motion motion = motion_at(static_cast<double>(step), piece);
     rod.place(ring.rowwise() + Vec3(middle, middle + motion.at, 0.0).transpose());
     rod.advance(*fluid, {0.0, motion.velocity, 0.0});
-    observe::check_when_due(*fluid, study.watch);
-    if (step < start) continue;
+    if (step < start) return;
     const std::int64_t row = step - start;
     const double angle = omega * static_cast<double>(row);
     // A constant and a slope: the rest of the stream that the start left.
@@ -117,7 +123,15 @@ Answer oscillate(const Rod& study, const Piece& piece) {
     const Positions left = rod.slip_of_fluid();
     carried[row] = motion.velocity + left.col(1).mean();
     slip += left.squaredNorm() / static_cast<double>(ring.rows() * piece.period);
-  }
+  };
+  under_watch(*fluid, study.watch,
+              fmt::format("box of {} nodes, period {}, z0 = {}", piece.box, piece.period, piece.amplitude),
+              [&](const std::function<void()>& look_when_due) {
+                for (std::int64_t step = 0; step < study.cycles * piece.period; ++step) {
+                  advance(step);
+                  look_when_due();
+                }
+              });
   const auto harmonics = basis.colPivHouseholderQr();
   const Eigen::VectorXd fit = harmonics.solve(force);
   const Eigen::VectorXd fit_carried = harmonics.solve(carried);
@@ -175,11 +189,35 @@ std::vector<Piece> pieces_of(const Rod& study) {
   return pieces;
 }
 
+/// What was measured before one of the pieces broke off.
+Record forces_of(const std::vector<Piece>& pieces, const std::vector<std::optional<Answer>>& answers) {
+  Record record{"rod_forces",
+                "Force that keeps the rod moving, of the pieces that came to their end",
+                {{"box", "", "L", "side of the periodic box", {}},
+                 {"period", "", "T", "", {}},
+                 {"amplitude", "z0", "L", "", {}},
+                 {"force", "", "M L^-1 T^-1", "amplitude per velocity and length", {}},
+                 {"phase", "", "1", "before the velocity [rad]", {}}}};
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (!answers[i]) continue;
+    record.append({static_cast<double>(pieces[i].box), static_cast<double>(pieces[i].period),
+                   pieces[i].amplitude, std::abs(answers[i]->force), std::arg(answers[i]->force)});
+  }
+  return record;
+}
+
 void run(const Rod& study, Observations& seen, Progress& progress) {
   const std::vector<Piece> pieces = pieces_of(study);
-  std::vector<Answer> found(pieces.size());
-  for_all(pieces.size(), "oscillations", progress,
-          [&](std::size_t i) { found[i] = oscillate(study, pieces[i]); });
+  std::vector<std::optional<Answer>> answers(pieces.size());
+  try {
+    for_all(pieces.size(), "oscillations", progress,
+            [&](std::size_t i) { answers[i] = oscillate(study, pieces[i]); });
+  } catch (const NumericalFailure&) {
+    seen.records.push_back(forces_of(pieces, answers));
+    throw;
+  }
+  std::vector<Answer> found;
+  for (const std::optional<Answer>& answer : answers) found.push_back(*answer);
 
   const double radius = fitted_radius(study, pieces.front(), found.front());
   const double nu = fluid::viscosity(study.fluid.relaxation_time);
@@ -252,14 +290,35 @@ engine::Study read_rod(const io::Section& top) {
                   .amplitudes = t.numbers("amplitudes"),
                   .cycles = t.integer("periods", 2, 10000),
                   .watch = engine::read_watch(top)};
-  if (study.periods.empty() || *std::min_element(study.periods.begin(), study.periods.end()) < 8) {
-    t.fail("oscillation_periods", "none, or one of fewer than 8 steps",
-           "a step would be a large part of a period", "Give for example [923]");
+  if (study.periods.empty() || *std::min_element(study.periods.begin(), study.periods.end()) < 8 ||
+      *std::max_element(study.periods.begin(), study.periods.end()) > most_period) {
+    t.fail("oscillation_periods",
+           fmt::format("none, or one of fewer than 8 or more than {} steps", most_period),
+           "a step would be a large part of a period, or a period without end", "Give for example [923]");
   }
   if (study.amplitudes.empty() ||
       *std::min_element(study.amplitudes.begin(), study.amplitudes.end()) <= 0.0) {
     t.fail("amplitudes", "none, or one that is not positive", "the rod would not move",
            "Give for example [0.1]");
+  }
+  for (const std::int64_t box : study.boxes) {
+    const double stroke = box == study.boxes.back()
+                              ? *std::max_element(study.amplitudes.begin(), study.amplitudes.end())
+                              : study.amplitudes.front();
+    fluid::Spec slice = box_of(study, box);
+    slice.grid.size[2] = unlimited;  // the rod has no ends
+    const double layer =
+        std::sqrt(fluid::viscosity(study.fluid.relaxation_time) *
+                  static_cast<double>(*std::max_element(study.periods.begin(), study.periods.end())) /
+                  std::numbers::pi);
+    if (layer > most_layer * static_cast<double>(box)) {
+      t.fail(
+          "boxes", fmt::format("the Stokes layer is {:.4g} thick in a box of {} nodes", layer, box),
+          fmt::format("images count as far as it reaches, and it reaches farther than {} boxes", most_layer),
+          "Use a larger box, a smaller relaxation time or a shorter period");
+    }
+    engine::check_images(slice, study.forcing.delta, Vec3(2.0, 2.0, 0.0) * std::floor(study.radius),
+                         {0.0, stroke, 0.0}, "the rod", t.place("boxes"));
   }
   std::vector<std::string> measures{"radius",      "offset",     "lead",        "amplitude_error",
                                     "phase_error", "box_effect", "inside_mass", "carried",
@@ -268,7 +327,9 @@ engine::Study read_rod(const io::Section& top) {
     measures.push_back(fmt::format("large_ratio_{}", i));
   return {
       .plan = engine::read_plan(
-          top, {.fluid = box_of(study, study.boxes.back()), .coupling = engine::read_coupling(top)}),
+          top, {.fluid = box_of(study, study.boxes.back()),
+                .coupling = engine::read_coupling(top),
+                .exchange = "boundary nodes of a section as markers, moved across the rod's axis"}),
       .measures = measures,
       .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }

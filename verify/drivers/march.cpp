@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <limits>
 
-#include "observe/interrupted.hpp"
+#include "base/error.hpp"
+#include "base/reduce.hpp"
 
 namespace veriflex::drivers {
 
@@ -12,31 +14,26 @@ namespace {
 
 constexpr std::int64_t between_looks = 100;  // the change of one step alone would drown in round-off
 
-struct LastGood {
-  std::int64_t step;
-  fluid::Extremes seen;
-};
+}  // namespace
 
-LastGood look(const fluid::Fluid& fluid, const observe::Watch& watch) {
-  return {fluid.steps(), observe::check(fluid, watch)};
-}
-
-void march_on(fluid::Fluid& fluid, std::int64_t steps, const observe::Watch& watch, LastGood& good) {
-  try {
-    for (std::int64_t step = 0; step < steps; ++step) {
-      fluid.collide_and_stream();
-      if (fluid.steps() % watch.every == 0) good = look(fluid, watch);
-    }
-  } catch (const NumericalFailure& failure) {
-    throw observe::Interrupted(failure, {.records = {}, .metrics = observe::last_good(good.step, good.seen)});
+void march(fluid::Fluid& fluid, std::int64_t steps, observe::Lookout& lookout) {
+  for (std::int64_t step = 0; step < steps; ++step) {
+    fluid.collide_and_stream();
+    lookout.after_step();
   }
 }
 
-}  // namespace
-
 void march(fluid::Fluid& fluid, std::int64_t steps, const observe::Watch& watch) {
-  LastGood good = look(fluid, watch);
-  march_on(fluid, steps, watch, good);
+  observe::Lookout lookout(fluid, watch);
+  march(fluid, steps, lookout);
+  lookout.at_end();
+}
+
+double least_change(fluid::Storage storage) {
+  const double rounding = storage == fluid::Storage::Double
+                              ? std::numeric_limits<double>::epsilon()
+                              : static_cast<double>(std::numeric_limits<float>::epsilon());
+  return rounding / static_cast<double>(between_looks);
 }
 
 Positions velocities_of(const fluid::Fluid& fluid, std::span<const std::int64_t> nodes) {
@@ -47,22 +44,24 @@ Positions velocities_of(const fluid::Fluid& fluid, std::span<const std::int64_t>
 
 void march_to_steady(fluid::Fluid& fluid, std::span<const std::int64_t> nodes, const Steady& steady,
                      const observe::Watch& watch) {
-  LastGood good = look(fluid, watch);
+  observe::Lookout lookout(fluid, watch);
   Positions before = velocities_of(fluid, nodes);
   double change = INFINITY;
   while (!(change <= steady.change)) {
     if (fluid.steps() + between_looks > steady.step_limit) {
-      observe::check(fluid, watch);
+      lookout.at_end();
       throw NumericalFailure(
           fmt::format("step {}: the velocity still changes by {:.3g} of its largest value a step, steady "
                       "means at most {:.3g}",
                       fluid.steps(), change, steady.change));
     }
-    march_on(fluid, between_looks, watch, good);
+    march(fluid, between_looks, lookout);
     Positions now = velocities_of(fluid, nodes);
-    change = (now - before).cwiseAbs().maxCoeff() / now.cwiseAbs().maxCoeff() / between_looks;
+    change = relative_to(largest_magnitude(now - before), largest_magnitude(now)) / between_looks;
+    if (std::isnan(change)) lookout.at_end();
     before.swap(now);
   }
+  lookout.at_end();
 }
 
 }  // namespace veriflex::drivers

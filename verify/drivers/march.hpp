@@ -1,14 +1,15 @@
 /// Runs of a fluid, under watch.
 #pragma once
 
-#include <functional>
-
 #include "fluid/fluid.hpp"
-#include "observe/watch.hpp"
+#include "observe/lookout.hpp"
 
 namespace veriflex::drivers {
 
-/// So many steps. Throws observe::Interrupted with what the last good look saw.
+/// So many steps of a run. Throws observe::Interrupted with what the last good look saw.
+void march(fluid::Fluid& fluid, std::int64_t steps, observe::Lookout& lookout);
+
+/// So many steps that are a run of their own: the fluid is looked at before them and after them, too.
 void march(fluid::Fluid& fluid, std::int64_t steps, const observe::Watch& watch);
 
 struct Steady {
@@ -16,11 +17,14 @@ struct Steady {
   std::int64_t step_limit;  // beyond which there is no hope
 };
 
+/// The least change per step that a criterion may ask for: what rounding alone may change at any time.
+double least_change(fluid::Storage storage);
+
 /// Velocity sum f c / rho of these nodes, one row each.
 Positions velocities_of(const fluid::Fluid& fluid, std::span<const std::int64_t> nodes);
 
-/// Steps until the velocities of these nodes change by at most steady.change a step, mean over 100 steps.
-/// Throws NumericalFailure, which names the change, at the limit of steps.
+/// Steps until the velocities of these nodes change by at most steady.change a step, mean over 100 steps; a
+/// fluid at rest is steady. Throws NumericalFailure, which names the change, at the limit of steps.
 void march_to_steady(fluid::Fluid& fluid, std::span<const std::int64_t> nodes, const Steady& steady,
                      const observe::Watch& watch);
 

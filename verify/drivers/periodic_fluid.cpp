@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <numeric>
-
 #include "fluid/initial.hpp"
 
 namespace veriflex::drivers {
@@ -41,6 +39,13 @@ std::vector<std::int64_t> read_resolutions(const io::Section& table, std::size_t
   return nodes;
 }
 
+void require_steps(const io::Section& fluid, double steps) {
+  if (steps <= 1e9) return;
+  fluid.fail("relaxation_time", fmt::format("a run would take {:.3g} steps", steps),
+             "the flow decays by viscosity, which is next to nothing there",
+             "Use a larger relaxation time or fewer nodes");
+}
+
 std::array<int, 2> axes_of(const std::string& plane) { return {plane[0] - 'x', plane[1] - 'x'}; }
 
 Grid plane_box(std::int64_t n, const std::array<int, 2>& plane) {
@@ -60,12 +65,6 @@ void start(fluid::Fluid& fluid, const engine::DecayingFlow& flow, Start how) {
     const Mat3 gradient = how == Start::Equilibrium ? Mat3(Mat3::Zero()) : here.gradient;
     return fluid::near_equilibrium(rho, u, gradient, tau);
   });
-}
-
-std::vector<std::int64_t> all_nodes(const Grid& grid) {
-  std::vector<std::int64_t> nodes(static_cast<std::size_t>(grid.count()));
-  std::iota(nodes.begin(), nodes.end(), 0);
-  return nodes;
 }
 
 }  // namespace veriflex::drivers

@@ -1,9 +1,13 @@
 /// What the studies of decaying flows share: a fluid alone in a periodic box.
 #pragma once
 
+#include <algorithm>
 #include <numbers>
+#include <numeric>
+#include <span>
 #include <vector>
 
+#include "drivers/at_once.hpp"
 #include "engine/analytic/decaying_flow.hpp"
 #include "engine/read_scene.hpp"
 
@@ -14,6 +18,9 @@ fluid::Spec read_periodic_fluid(const io::Section& top, engine::Varied varied);
 
 /// `nodes`: along a side, rising, each from `least` to 4096; at least `rows` of them.
 std::vector<std::int64_t> read_resolutions(const io::Section& table, std::size_t rows, std::int64_t least);
+
+/// Refuses at `relaxation_time` a run of more than 10^9 steps.
+void require_steps(const io::Section& fluid, double steps);
 
 /// `plane`: "xy", "yz" or "zx" as its two axes.
 std::array<int, 2> axes_of(const std::string& plane);
@@ -32,8 +39,18 @@ void start(fluid::Fluid& fluid, const engine::DecayingFlow& flow, Start how);
 /// 2 pi/n  [L^-1]
 inline double wavenumber(std::int64_t n) { return 2.0 * std::numbers::pi / static_cast<double>(n); }
 
-/// All nodes of a box, in order.
-std::vector<std::int64_t> all_nodes(const Grid& grid);
+/// Calls look(nodes) for all nodes of a box, some at a time and in order: what is asked of all at once may
+/// take more memory than the fluid.
+template <class Look>
+void in_parts(const Grid& grid, Look look) {
+  constexpr std::int64_t most = 65536;
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t from = 0; from < grid.count(); from += most) {
+    nodes.resize(static_cast<std::size_t>(std::min(most, grid.count() - from)));
+    std::iota(nodes.begin(), nodes.end(), from);
+    look(std::span<const std::int64_t>(nodes));
+  }
+}
 
 /// Where a node stands  [L].
 inline Vec3 position(const Grid& grid, std::int64_t node) {

@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "base/reduce.hpp"
+#include "base/stop.hpp"
 #include "bond/derive.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
@@ -88,6 +89,7 @@ class Body {
         }
       }
     } catch (const NumericalFailure&) {
+      if (stop::was_thrown()) throw;
       run.end = End::broke;
     }
     return run;
@@ -218,8 +220,9 @@ void run(const StabilityStudy& study, Observations& seen, Progress& progress, en
   };
   for_all(
       trials.size(), "runs", progress, [&](std::size_t i) { found[i] = first_failure(study, trials[i]); },
-      [&](std::size_t i) {
-        if ((i + 1) % seeds == 0) add_row(i + 1 - seeds);
+      [&, whole = std::size_t{0}](std::size_t i) mutable {  // a row is the median of all its seeds
+        whole = i % seeds == 0 ? 1 : whole + 1;
+        if ((i + 1) % seeds == 0 && whole == seeds) add_row(i + 1 - seeds);
       });
   cost.finish("runs");
   const std::vector<double>& ratio = record.find("ratio")->values;

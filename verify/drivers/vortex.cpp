@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/reduce.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/march.hpp"
 #include "drivers/periodic_fluid.hpp"
@@ -16,6 +17,9 @@ using engine::DecayingFlow;
 using engine::Pattern;
 using observe::Observations;
 using observe::Record;
+
+constexpr double most_decays = 100.0;
+constexpr double least_velocity = 1e-30;  // its square and that of its rounding are still numbers in float
 
 struct VortexStudy {
   fluid::Spec fluid;  // the box is set per row, the storage too
@@ -41,7 +45,7 @@ struct Row {
   double amplitude;
   Norms velocity_error;
   double pressure_error;  // L2
-  Positions velocity;     // at the end, to compare storages
+  Positions velocity;     // at the end, where storages are compared
   double velocity_norm;   // of the exact velocity
 };
 
@@ -56,32 +60,52 @@ DecayingFlow flow_of(const VortexStudy& study, const std::string& plane, std::in
           .viscosity = nu};
 }
 
-void compare(const fluid::Fluid& fluid, const DecayingFlow& flow, Row& row) {
+void compare(const fluid::Fluid& fluid, const DecayingFlow& flow, bool keep, Row& row) {
   const Grid& grid = fluid.spec().grid;
-  const std::vector<std::int64_t> nodes = all_nodes(grid);
-  fluid.velocities(nodes, row.velocity);
-  std::vector<fluid::Populations> h(nodes.size());
-  fluid.populations(nodes, h);
+  std::vector<fluid::Populations> h;
+  const auto take = [&](std::span<const std::int64_t> nodes) {
+    h.resize(nodes.size());
+    fluid.populations(nodes, h);
+  };
   double mean = 0.0;
-  for (const fluid::Populations& here : h) mean += fluid::density_deviation(here);
-  mean /= static_cast<double>(nodes.size());
+  in_parts(grid, [&](std::span<const std::int64_t> nodes) {
+    take(nodes);
+    for (const fluid::Populations& here : h) mean += fluid::density_deviation(here);
+  });
+  mean /= static_cast<double>(grid.count());
 
+  if (keep) row.velocity.resize(grid.count(), 3);
   Norms error{}, exact{};
   double pressure_error = 0.0, pressure = 0.0;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const engine::FlowState here = flow.at(position(grid, nodes[i]), static_cast<double>(fluid.steps()));
-    const double distance = (Vec3(row.velocity.row(static_cast<Eigen::Index>(i))) - here.velocity).norm();
-    const double magnitude = here.velocity.norm();
-    error = {error.l1 + distance, error.l2 + distance * distance, std::max(error.linf, distance)};
-    exact = {exact.l1 + magnitude, exact.l2 + magnitude * magnitude, std::max(exact.linf, magnitude)};
-    const double p = fluid::sound_speed_squared * (fluid::density_deviation(h[i]) - mean);
-    pressure_error += (p - here.pressure) * (p - here.pressure);
-    pressure += here.pressure * here.pressure;
-  }
+  in_parts(grid, [&](std::span<const std::int64_t> nodes) {
+    take(nodes);
+    const Positions velocity = velocities_of(fluid, nodes);
+    if (keep) row.velocity.middleRows(nodes.front(), velocity.rows()) = velocity;
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      const engine::FlowState here = flow.at(position(grid, nodes[i]), static_cast<double>(fluid.steps()));
+      const double distance = (Vec3(velocity.row(static_cast<Eigen::Index>(i))) - here.velocity).norm();
+      const double magnitude = here.velocity.norm();
+      error = {error.l1 + distance, error.l2 + distance * distance, worse(error.linf, distance)};
+      exact = {exact.l1 + magnitude, exact.l2 + magnitude * magnitude, worse(exact.linf, magnitude)};
+      const double p = fluid::sound_speed_squared * (fluid::density_deviation(h[i]) - mean);
+      pressure_error += (p - here.pressure) * (p - here.pressure);
+      pressure += here.pressure * here.pressure;
+    }
+  });
   row.velocity_norm = std::sqrt(exact.l2);
   row.velocity_error = {error.l1 / exact.l1, std::sqrt(error.l2 / exact.l2), error.linf / exact.linf};
   row.pressure_error = std::sqrt(pressure_error / pressure);
 }
+
+fluid::Spec spec_of(const VortexStudy& study, const std::string& plane, fluid::Storage storage,
+                    std::int64_t n) {
+  fluid::Spec spec = study.fluid;
+  spec.storage = storage;
+  spec.grid = plane_box(n, axes_of(plane));
+  return spec;
+}
+
+bool storages_are_compared(const VortexStudy& study) { return study.storages.size() == 2; }
 
 Row measure(const VortexStudy& study, const std::string& plane, fluid::Storage storage, std::int64_t n,
             engine::Cost& cost, const std::string& phase) {
@@ -95,15 +119,12 @@ Row measure(const VortexStudy& study, const std::string& plane, fluid::Storage s
           .pressure_error = 0.0,
           .velocity = {},
           .velocity_norm = 0.0};
-  fluid::Spec spec = study.fluid;
-  spec.storage = storage;
-  spec.grid = plane_box(n, axes_of(plane));
-  const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
+  const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec_of(study, plane, storage, n));
   start(*fluid, flow, study.start);
   cost.finish("start");
   march(*fluid, row.steps, study.watch);
   cost.finish(phase);
-  compare(*fluid, flow, row);
+  compare(*fluid, flow, storages_are_compared(study) && plane == study.planes.front(), row);
   cost.finish("errors");
   return row;
 }
@@ -138,25 +159,28 @@ void add_convergence(const VortexStudy& study, const std::vector<Row>& rows, Obs
     seen.metrics.push_back({"error_" + norm.name, column.values.back(), "1", "of the finest grid"});
     record.columns.push_back(column);
   }
-  seen.records.push_back(record);
+  seen.records.insert(seen.records.begin(), record);
 }
 
-// All rows in the order of the phases `work_precision/<row>`.
-void add_work(const std::vector<Row>& rows, Observations& seen) {
-  Record record{"work_precision",
-                "Error of the velocity against the work done",
-                {{"nodes", "N", "1", "nodes along a side", {}},
-                 {"bits", "", "1", "of a stored population", {}},
-                 {"plane", "", "1", "0, 1, 2: the plane begins with x, y, z", {}},
-                 {"steps", "", "1", "until the end", {}},
-                 {"amplitude", "A", "L T^-1", "of the velocity at the start", {}},
-                 {"error", "", "1", "of the velocity at the end, L2, relative", {}}}};
-  for (const Row& row : rows) {
-    record.append({static_cast<double>(row.nodes), row.storage == fluid::Storage::Double ? 64.0 : 32.0,
-                   static_cast<double>(axes_of(row.plane)[0]), static_cast<double>(row.steps), row.amplitude,
-                   row.velocity_error.l2});
-  }
-  seen.records.push_back(record);
+// A row for each run, in the order of the phases `work_precision/<row>`.
+Record work_record() {
+  return {"work_precision",
+          "Error of the velocity against the work done",
+          {{"nodes", "N", "1", "nodes along a side", {}},
+           {"bits", "", "1", "of a stored population", {}},
+           {"plane", "", "1", "0, 1, 2: the plane begins with x, y, z", {}},
+           {"steps", "", "1", "until the end", {}},
+           {"amplitude", "A", "L T^-1", "of the velocity at the start", {}},
+           {"error", "", "1", "of the velocity at the end, L2, relative", {}}}};
+}
+
+std::vector<double> work_row(const Row& row) {
+  return {static_cast<double>(row.nodes),
+          row.storage == fluid::Storage::Double ? 64.0 : 32.0,
+          static_cast<double>(axes_of(row.plane)[0]),
+          static_cast<double>(row.steps),
+          row.amplitude,
+          row.velocity_error.l2};
 }
 
 // What rounding to float does to the velocity, beside the discretisation error; first plane.
@@ -196,12 +220,13 @@ double spread_of_planes(const VortexStudy& study, const std::vector<Row>& rows) 
   double worst = 0.0;
   for (std::size_t i = per_plane; i < rows.size(); ++i) {
     const double first = rows[i % per_plane].velocity_error.l2;
-    worst = std::max(worst, std::abs(rows[i].velocity_error.l2 / first - 1.0));
+    worst = worse(worst, std::abs(rows[i].velocity_error.l2 / first - 1.0));
   }
   return worst;
 }
 
 void run(const VortexStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+  seen.records.push_back(work_record());
   std::vector<Row> rows;
   const std::size_t count = study.planes.size() * study.storages.size() * study.nodes.size();
   for (const std::string& plane : study.planes) {
@@ -210,12 +235,12 @@ void run(const VortexStudy& study, Observations& seen, Progress& progress, engin
         progress.show("sweep", rows.size(), count);
         rows.push_back(
             measure(study, plane, storage, n, cost, fmt::format("work_precision/{}", rows.size())));
+        seen.records.front().append(work_row(rows.back()));
       }
     }
   }
   add_convergence(study, rows, seen);
-  add_work(rows, seen);
-  if (study.storages.size() == 2) add_storage(study, rows, seen);
+  if (storages_are_compared(study)) add_storage(study, rows, seen);
   if (study.planes.size() > 1)
     seen.metrics.push_back({"spread_of_planes", spread_of_planes(study, rows), "1",
                             "largest relative difference of the error between planes"});
@@ -227,7 +252,7 @@ std::vector<std::string> measured_names(const VortexStudy& study) {
     if (study.pattern == Pattern::Shear && norm == std::string("pressure_l2")) continue;
     names.insert(names.end(), {std::string("order_") + norm, std::string("error_") + norm});
   }
-  if (study.storages.size() == 2)
+  if (storages_are_compared(study))
     names.insert(names.end(), {"float_error", "float_share", "float_drowns_at"});
   if (study.planes.size() > 1) names.push_back("spread_of_planes");
   return names;
@@ -280,6 +305,15 @@ engine::Study read_vortex(const io::Section& top) {
     if (!(value > 0.0))
       t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Use for example 1.0");
   }
+  if (study.decays > most_decays)
+    t.fail("decays", fmt::format("'decays' is {}", study.decays),
+           fmt::format("after {} e-foldings nothing is left of the flow but rounding", most_decays),
+           "Use for example 1.0");
+  const DecayingFlow finest = flow_of(study, study.planes.front(), study.nodes.back());
+  if (finest.amplitude < least_velocity)
+    t.fail("reynolds", fmt::format("the finest grid would start with a velocity of {:.3g}", finest.amplitude),
+           fmt::format("below {} its square is lost to underflow", least_velocity), "Use for example 1.0");
+  require_steps(top.table("fluid"), study.decays / finest.decay_rate());
   const DecayingFlow coarsest = flow_of(study, study.planes.front(), study.nodes.front());
   const double mach = coarsest.amplitude / std::sqrt(fluid::sound_speed_squared);
   if (mach > study.watch.mach_limit) {
@@ -287,10 +321,18 @@ engine::Study read_vortex(const io::Section& top) {
            fmt::format("the watch's limit is {}: the flow is to be incompressible", study.watch.mach_limit),
            "Use a smaller Reynolds number, more nodes or a smaller relaxation time");
   }
-  fluid::Spec largest = study.fluid;
-  largest.storage = study.storages.front();
-  largest.grid = plane_box(study.nodes.back(), axes_of(study.planes.front()));
-  return {.plan = engine::read_plan(top, {.fluid = largest}),
+  std::vector<fluid::Spec> runs;
+  double kept = 0.0;  // velocities of the first plane  [bytes]
+  for (const std::string& plane : study.planes) {
+    for (const fluid::Storage storage : study.storages) {
+      for (const std::int64_t n : study.nodes) {
+        runs.push_back(spec_of(study, plane, storage, n));
+        const bool compared = storages_are_compared(study) && plane == study.planes.front();
+        if (compared) kept += 3.0 * sizeof(double) * static_cast<double>(runs.back().grid.count());
+      }
+    }
+  }
+  return {.plan = plan_in_turn(top, runs, kept),
           .measures = measured_names(study),
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);

@@ -3,8 +3,10 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
+#include "drivers/march.hpp"
 #include "drivers/periodic_fluid.hpp"
 #include "engine/analytic/lattice_wave.hpp"
 #include "engine/convergence.hpp"
@@ -62,30 +64,37 @@ std::vector<Quantity> quantities(bool sound) {
 // The share of this wave in the fluid.
 Complex share(const fluid::Fluid& fluid, const Vec3& k, const LatticeWave& wave) {
   const Grid& grid = fluid.spec().grid;
-  const std::vector<std::int64_t> nodes = all_nodes(grid);
-  std::vector<fluid::Populations> h(nodes.size());
-  fluid.populations(nodes, h);
   Complex sum = 0.0;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    Complex here = 0.0;
-    for (std::size_t q = 0; q < fluid::Q; ++q) here += wave.projection[static_cast<int>(q)] * h[i][q];
-    sum += here * std::polar(1.0, -k.dot(position(grid, nodes[i])));
-  }
-  return sum / static_cast<double>(nodes.size());
+  in_parts(grid, [&](std::span<const std::int64_t> nodes) {
+    std::vector<fluid::Populations> h(nodes.size());
+    fluid.populations(nodes, h);
+    for (std::size_t i = 0; i < nodes.size(); ++i) {
+      Complex here = 0.0;
+      for (std::size_t q = 0; q < fluid::Q; ++q) here += wave.projection[static_cast<int>(q)] * h[i][q];
+      sum += here * std::polar(1.0, -k.dot(position(grid, nodes[i])));
+    }
+  });
+  return sum / static_cast<double>(grid.count());
 }
 
 // Steps until a wave is a ten-thousandth of itself at the most: what rounding leaves behind decays slower
 // than a strongly damped wave.
 std::int64_t steps_of(const WaveStudy& study, const LatticeWave& wave) {
-  const auto most = static_cast<std::int64_t>(std::log(1e4) / wave.decay_rate());
-  return std::max<std::int64_t>(1, std::min(study.steps, most));
+  const double most = std::log(1e4) / wave.decay_rate();
+  if (!(most < static_cast<double>(study.steps))) return study.steps;
+  return std::max<std::int64_t>(1, static_cast<std::int64_t>(most));
 }
 
-Row measure(const WaveStudy& study, double relaxation_time, std::int64_t n) {
+fluid::Spec spec_of(const WaveStudy& study, double relaxation_time, std::int64_t n) {
   fluid::Spec spec = study.fluid;
   spec.relaxation_time = relaxation_time;
   for (int axis = 0; axis < 3; ++axis)
     spec.grid.size[static_cast<std::size_t>(axis)] = study.direction[axis] == 0.0 ? 1 : n;
+  return spec;
+}
+
+Row measure(const WaveStudy& study, double relaxation_time, std::int64_t n) {
+  const fluid::Spec spec = spec_of(study, relaxation_time, n);
   const Vec3 k = wavenumber(n) * study.direction;
   const engine::ContinuumWave like =
       study.sound ? engine::ContinuumWave{1.0, std::sqrt(fluid::sound_speed_squared) * k.normalized()}
@@ -108,7 +117,7 @@ Row measure(const WaveStudy& study, double relaxation_time, std::int64_t n) {
   });
   const Complex before = share(*fluid, k, wave);
   const std::int64_t steps = steps_of(study, wave);
-  for (std::int64_t step = 0; step < steps; ++step) fluid->collide_and_stream();
+  march(*fluid, steps, observe::Watch{});
   // Over the exact factor, so that no whole turns of the phase are lost.
   const Complex ratio = share(*fluid, k, wave) / (before * std::pow(wave.factor, static_cast<double>(steps)));
   const Complex difference = std::log(ratio) / static_cast<double>(steps);
@@ -120,7 +129,7 @@ Row measure(const WaveStudy& study, double relaxation_time, std::int64_t n) {
           .departure = std::abs(difference) / std::abs(std::log(wave.factor))};
 }
 
-Record dispersion_record(const std::vector<Row>& rows, bool sound) {
+Record dispersion_record(bool sound) {
   Record record{"dispersion",
                 "Waves in the fluid against eigenvalues of the collide-and-stream matrix",
                 {{"relaxation_time", "tau", "T", "relaxation time", {}},
@@ -135,17 +144,18 @@ Record dispersion_record(const std::vector<Row>& rows, bool sound) {
     record.columns.push_back({"frequency_exact", "", "T^-1", "minus the eigenvalue's argument", {}});
     record.columns.push_back({"frequency_continuum", "|k|/sqrt(3)", "T^-1", "of long waves", {}});
   }
-  for (const Row& row : rows) {
-    std::vector<double> values{row.relaxation_time,    static_cast<double>(row.nodes),
-                               row.wavenumber,         -std::log(std::abs(row.measured)),
-                               row.exact.decay_rate(), row.continuum_decay(),
-                               row.departure};
-    if (sound)
-      values.insert(values.end(),
-                    {-std::arg(row.measured), row.exact.angular_frequency(), row.continuum_frequency()});
-    record.append(values);
-  }
   return record;
+}
+
+std::vector<double> dispersion_row(const Row& row, bool sound) {
+  std::vector<double> values{row.relaxation_time,    static_cast<double>(row.nodes),
+                             row.wavenumber,         -std::log(std::abs(row.measured)),
+                             row.exact.decay_rate(), row.continuum_decay(),
+                             row.departure};
+  if (sound)
+    values.insert(values.end(),
+                  {-std::arg(row.measured), row.exact.angular_frequency(), row.continuum_frequency()});
+  return values;
 }
 
 // C of value - 1 = C k^2 + O(k^4), from the two finest grids.
@@ -158,14 +168,17 @@ double constant(const std::vector<double>& k, const std::vector<double>& value) 
 void run(const WaveStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const std::size_t resolutions = study.nodes.size();
   std::vector<Row> rows(study.relaxation_times.size() * resolutions);
-  for_all(rows.size(), "waves", progress, [&](std::size_t i) {
-    rows[i] = measure(study, study.relaxation_times[i / resolutions], study.nodes[i % resolutions]);
-  });
+  seen.records.push_back(dispersion_record(study.sound));
+  for_all(
+      rows.size(), "waves", progress,
+      [&](std::size_t i) {
+        rows[i] = measure(study, study.relaxation_times[i / resolutions], study.nodes[i % resolutions]);
+      },
+      [&](std::size_t i) { seen.records.front().append(dispersion_row(rows[i], study.sound)); });
   cost.finish("waves");
 
   double worst = 0.0;
-  for (const Row& row : rows)
-    if (!(row.departure <= worst)) worst = row.departure;
+  for (const Row& row : rows) worst = worse(worst, row.departure);
   seen.metrics.push_back({"worst_departure", worst, "1",
                           "largest relative departure of ln(factor per step) from the eigenvalue's"});
 
@@ -199,7 +212,8 @@ void run(const WaveStudy& study, Observations& seen, Progress& progress, engine:
     }
     constants.columns.insert(constants.columns.end(), {leading, limit, index});
   }
-  seen.records = {convergence, dispersion_record(rows, study.sound), constants};
+  seen.records.insert(seen.records.begin(), convergence);
+  seen.records.push_back(constants);
 }
 
 Vec3 read_direction(const io::Section& table, const std::string& key) {
@@ -251,12 +265,11 @@ engine::Study read_wave(const io::Section& top) {
              "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5");
     }
   }
-  fluid::Spec largest = study.fluid;
-  largest.relaxation_time = study.relaxation_times.front();
-  for (int axis = 0; axis < 3; ++axis) {
-    largest.grid.size[static_cast<std::size_t>(axis)] = study.direction[axis] == 0.0 ? 1 : study.nodes.back();
+  std::vector<fluid::Spec> runs;
+  for (const double tau : study.relaxation_times) {
+    for (const std::int64_t n : study.nodes) runs.push_back(spec_of(study, tau, n));
   }
-  return {.plan = engine::read_plan(top, {.fluid = largest}),
+  return {.plan = plan_at_once(top, runs),
           .measures = measured_names(study),
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);

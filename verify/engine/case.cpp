@@ -4,7 +4,9 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <string_view>
 
 #include "engine/ledger.hpp"
 #include "io/file.hpp"
@@ -61,6 +63,11 @@ struct Shelf {
 };
 
 std::size_t index_of_reference(const std::string& id, Case& c, const Shelf& shelf, const Place& place) {
+  if (id.find('/') != std::string::npos) {
+    throw InputError(place, fmt::format("reference '{}' is named with a '/'", id),
+                     "a reference lies beside the case or in reference/, and its name is its id",
+                     "Put it there and write its name alone");
+  }
   for (std::size_t i = 0; i < c.references.size(); ++i) {
     if (c.references[i].id == id) return i;
   }
@@ -222,6 +229,10 @@ CaseHead head_of(const io::Section& top, const fs::path& path) {
     top.fail("id", fmt::format("id '{}' differs from the file's name", id), "they must agree",
              fmt::format("Write id = \"{}\"", head.id));
   }
+  if (id.find('+') != std::string::npos) {
+    top.fail("id", fmt::format("id '{}' has a '+'", id), "it marks results of cases changed by --set",
+             "Rename the case");
+  }
   head.title = top.text("title");
   head.tier = top.choice("tier", tiers());
   head.driver = top.text("driver");
@@ -230,6 +241,29 @@ CaseHead head_of(const io::Section& top, const fs::path& path) {
 }
 
 }  // namespace
+
+std::string Case::name() const {
+  if (overrides.empty()) return id;
+  constexpr std::size_t longest = 120;
+  std::string said = id;
+  bool whole = true;
+  std::string given;
+  for (const std::string& override : overrides) {
+    given += override + '\n';
+    said += '+';
+    for (const char c : override) {
+      const bool suits = std::isalnum(static_cast<unsigned char>(c)) != 0 ||
+                         std::string_view("._=,-").find(c) != std::string_view::npos;
+      whole = whole && suits;
+      said += suits ? c : '_';
+    }
+  }
+  if (said.size() > id.size() + longest) {
+    whole = false;
+    said.resize(id.size() + longest);
+  }
+  return whole ? said : said + '+' + io::sha256(given).substr(0, 8);
+}
 
 const std::vector<std::string>& tiers() {
   static const std::vector<std::string> names{"quick", "full", "paper"};
@@ -271,12 +305,7 @@ Case read_parts(const io::Section& top, const fs::path& path, const std::vector<
   if (!has_study) return c;  // what its checks may ask for is not known
   attempt(top, [&] {
     Shelf shelf{reference_folder, {}};
-    const std::vector<io::Section> checks = top.tables("check");
-    if (checks.empty()) {
-      throw InputError(top.place(), "the case checks nothing", "its verdict would mean nothing",
-                       "Add a [[check]]");
-    }
-    for (const io::Section& check : checks) {
+    for (const io::Section& check : top.tables("check")) {
       attempt(check, [&] { c.checks.push_back(read_check(check, c, shelf)); });
     }
   });
@@ -286,6 +315,11 @@ Case read_parts(const io::Section& top, const fs::path& path, const std::vector<
 
 Case read_case(const fs::path& path, const std::vector<std::string>& overrides,
                const std::vector<Driver>& drivers, const fs::path& reference_folder) {
+  if (overrides.size() > io::longest_list) {
+    throw InputError({}, fmt::format("{} times --set", overrides.size()),
+                     fmt::format("a result file keeps {} of them", io::longest_list),
+                     "Write a case file of your own");
+  }
   const std::string text = io::read_file(path);
   std::vector<InputError> problems;
   Case c = read_parts(io::parse_document(text, path.string(), overrides), path, drivers, reference_folder,

@@ -71,6 +71,10 @@ struct Case {
   Study study;
   std::vector<Check> checks;
   std::vector<Reference> references;
+
+  /// What the result is called: the id, and for a case changed by `--set` what was set, in characters that
+  /// suit a file name: `id+bond.depth=2`, with a part of its checksum where that does not say it all.
+  std::string name() const;
 };
 
 const std::vector<std::string>& tiers();

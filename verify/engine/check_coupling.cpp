@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 
 namespace veriflex::engine {
 
@@ -12,27 +13,42 @@ namespace {
 
 constexpr double accuracy = 0.01;  // of the mass that is suggested
 
-std::string remedy(const scene::Body& body, double mass) {
-  return fmt::format(
-      "Use a node mass above {:.3g} (it is {:.3g}), softer bonds, live = true with more sub-steps, or couple "
-      "fewer nodes",
-      mass, body.conditions.node_mass);
+std::string remedy(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling) {
+  try {
+    const double answered = scene::answered_slip(fluid, body, coupling);
+    if (answered >= 2.0) {
+      return fmt::format(
+          "No node mass is stable with it: V S = {:.4g}, the marker volume times the largest eigenvalue of "
+          "interpolate and spread, must stay below 2. Use a marker volume below {:.3g} or couple fewer nodes",
+          answered, 2.0 * coupling.marker_volume / answered);
+    }
+    return fmt::format(
+        "Use a node mass above {:.3g} (it is {:.3g}), softer bonds, live = true with more sub-steps, or "
+        "couple "
+        "fewer nodes",
+        scene::critical_node_mass(fluid, body, coupling, accuracy), body.conditions.node_mass);
+  } catch (const NumericalFailure& failure) {
+    return fmt::format("No stable node mass was found ({}). Use softer bonds or couple fewer nodes",
+                       failure.what());
+  }
 }
 
 }  // namespace
 
-double check_coupling(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling,
-                      const std::string& what, const Place& node_mass, Progress& progress) {
-  const double growth = scene::coupling_growth(fluid, body, coupling);
-  if (growth <= 1.0 + scene::growth_resolution) return growth;
+void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling,
+                    const std::string& what, const Place& node_mass, double& growth, Progress& progress,
+                    Unstable unstable) {
+  const scene::Growth found = scene::coupling_growth(fluid, body, coupling);
+  growth = worse(growth, found.factor);
+  if (!found.grows()) return;
   const std::string problem =
       fmt::format("the exchange of {} with the fluid grows by {:.4g} a step, {:.2g} times in a hundred steps",
-                  what, growth, std::pow(growth, 100.0));
-  const std::string what_helps = remedy(body, scene::critical_node_mass(fluid, body, coupling, accuracy));
-  if (growth <= scene::growth_refused || coupling.force) {
+                  what, found.factor, std::pow(found.factor, 100.0));
+  const std::string what_helps = remedy(fluid, body, coupling);
+  if (found.factor <= scene::growth_refused || coupling.force || unstable == Unstable::Warned) {
     progress.warn(
         fmt::format("{} (without the fluid's own motion, which may just hold it). {}", problem, what_helps));
-    return growth;
+    return;
   }
   throw InputError(
       node_mass, problem,

@@ -7,10 +7,18 @@
 
 namespace veriflex::engine {
 
-/// coupling_growth() of the scene. Beyond scene::growth_resolution above 1 the run is warned of, with the
-/// growth, the node mass that would be stable, and what else helps; beyond scene::growth_refused it is
-/// refused with an InputError at `node_mass`, unless coupling.force lets it run. `what` names the body.
-double check_coupling(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling,
-                      const std::string& what, const Place& node_mass, Progress& progress);
+/// How a scene whose exchange is unstable is met.
+enum class Unstable {
+  Refused,  // beyond scene::growth_refused
+  Warned    // always: that it breaks is an answer
+};
+
+/// coupling_growth() of the scene. Where something grows there is a warning with the growth, the node mass
+/// that would be stable, and what else helps; beyond scene::growth_refused the scene is refused with an
+/// InputError at `node_mass`, unless coupling.force lets it run. `what` names the body. `growth` becomes the
+/// larger of itself and what was found, before anything is refused.
+void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling,
+                    const std::string& what, const Place& node_mass, double& growth, Progress& progress,
+                    Unstable unstable = Unstable::Refused);
 
 }  // namespace veriflex::engine

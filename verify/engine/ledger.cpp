@@ -17,7 +17,7 @@ namespace {
 // The checks of a result file that cite claims, as (claim, judgement). A run that ended in an error has none.
 struct CitedChecks {
   fs::path file;
-  std::string case_id, verdict, date;
+  std::string case_id, verdict, date, variant;
   std::vector<std::pair<std::string, Judgement>> checks;
 };
 
@@ -27,6 +27,7 @@ CitedChecks read_checks(const fs::path& path) {
                    file.attribute("/", "id"),
                    file.attribute("/", "verdict"),
                    file.attribute("/provenance", "date"),
+                   file.attribute("/", "variant"),
                    {}};
   const std::vector<std::string> claims = file.texts("/checks/claim");
   const std::vector<std::string> verdicts = file.texts("/checks/verdict");
@@ -78,6 +79,11 @@ std::vector<CitedChecks> read_results(const std::vector<fs::path>& folders, Judg
   for (const fs::path& file : result_files(folders)) {
     try {
       CitedChecks read = read_checks(file);
+      if (!read.variant.empty()) {
+        judged.left_out.push_back(
+            fmt::format("{}: left out, its case was changed by --set {}", read.file.string(), read.variant));
+        continue;
+      }
       const auto twin = std::find_if(cases.begin(), cases.end(),
                                      [&](const CitedChecks& c) { return c.case_id == read.case_id; });
       if (twin == cases.end()) {

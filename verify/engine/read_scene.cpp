@@ -158,11 +158,13 @@ std::vector<std::int64_t> read_voxels(const io::Section& fluid, const fluid::Spe
   } catch (const BadParameter& bad) {
     fluid.fail("nodes", bad.problem, bad.why, bad.suggestion);
   }
-  std::vector<std::int64_t> nodes = fluid::voxels(spec.grid, shape);
+  std::vector<std::int64_t> nodes = fluid::voxels(spec.grid, shape, fluid::closed(spec));
   if (nodes.empty() || static_cast<std::int64_t>(nodes.size()) == spec.grid.count()) {
     fluid.table("obstacle")
         .fail("radius", fmt::format("the obstacle covers {} nodes", nodes.empty() ? "no" : "all"),
-              "it stops the fluid at some nodes of the box", "Change its radius or centre");
+              nodes.empty() ? "its centre may lie beyond a wall, or its radius be below the lattice's spacing"
+                            : "it stops the fluid at some nodes of the box only",
+              "Change its radius or centre");
   }
   return nodes;
 }
@@ -257,9 +259,9 @@ scene::CouplingSpec read_coupling(const io::Section& top) {
                                       : scene::Coupled::All;
   }
   spec.marker_volume = table.number("marker_volume", spec.marker_volume);
-  if (!(spec.marker_volume > 0.0)) {
+  if (!(spec.marker_volume >= 1e-9) || spec.marker_volume > 1e9) {
     table.fail("marker_volume", fmt::format("'marker_volume' is {}", spec.marker_volume),
-               "it must be positive", "1 is the paper's, one lattice cell");
+               "it lies between 1e-9 and 1e9", "1 is the paper's, one lattice cell");
   }
   spec.live = table.flag("live", spec.live);
   spec.force = table.flag("force", spec.force);

@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+
 #include "io/file.hpp"
 
 namespace veriflex::engine {
@@ -9,6 +13,24 @@ namespace veriflex::engine {
 namespace fs = std::filesystem;
 
 namespace {
+
+// Columns become data sets of that name in a result file.
+void check_names(const std::vector<io::CsvColumn>& columns, const fs::path& file) {
+  if (columns.size() > io::longest_list) {
+    throw InputError({file.string()}, fmt::format("has {} columns", columns.size()),
+                     fmt::format("a result file keeps {}", io::longest_list), "Leave out what is not used");
+  }
+  for (const io::CsvColumn& column : columns) {
+    const std::string& name = column.name;
+    const bool unprintable =
+        std::any_of(name.begin(), name.end(), [](unsigned char c) { return std::iscntrl(c) != 0; });
+    if (name == "." || name.find('/') != std::string::npos || unprintable) {
+      throw InputError({file.string()}, fmt::format("a column is named '{}'", name),
+                       "a result file could not hold it: no '.' alone, no '/', no control characters",
+                       "Rename it");
+    }
+  }
+}
 
 std::vector<io::CsvColumn> read_data(const io::Section& data, const fs::path& folder, std::string& sha256) {
   const fs::path file = folder / data.text("file");
@@ -25,7 +47,17 @@ std::vector<io::CsvColumn> read_data(const io::Section& data, const fs::path& fo
     data.fail("sha256", fmt::format("'{}' does not match its checksum", file.string()),
               "it has SHA-256 " + found, "Restore the file, or renew the checksum with a stated reason");
   }
-  return io::parse_csv(text, file.string());
+  std::vector<io::CsvColumn> columns = io::parse_csv(text, file.string());
+  check_names(columns, file);
+  return columns;
+}
+
+void read_tolerance(const io::Section& tolerance, Origin& origin) {
+  origin.relative = tolerance.number("relative", origin.relative);
+  origin.absolute = tolerance.number("absolute", origin.absolute);
+  if (!(std::min(origin.relative, origin.absolute) >= 0.0)) {
+    throw InputError(tolerance.place(), "a tolerance is negative", "it bounds a distance", "Give 0 or more");
+  }
 }
 
 // A case and its reference may share their stem, also when both lie in one folder's reach.
@@ -34,6 +66,8 @@ bool is_case(const fs::path& path) {
 }
 
 }  // namespace
+
+double Origin::allowed(double value) const { return std::max(relative * std::abs(value), absolute); }
 
 const std::vector<std::string>& reference_kinds() {
   static const std::vector<std::string> kinds{"analytic",         "high-precision",  "peer-code",
@@ -63,6 +97,9 @@ Reference read_reference(const io::Section& top, const fs::path& path) {
     top.fail("id", fmt::format("id '{}' differs from the file's name", reference.id), "they must agree",
              fmt::format("Write id = \"{}\"", path.stem().string()));
   }
+  if (reference.id == ".") {
+    top.fail("id", "id '.' is no name", "a result file could not hold it", "Rename the reference");
+  }
   reference.kind = top.choice("kind", reference_kinds());
   reference.source = top.text("source");
   reference.obtained = top.text("obtained");
@@ -76,8 +113,12 @@ Reference read_reference(const io::Section& top, const fs::path& path) {
   }
   if (reference.kind == "baseline") {
     const io::Section origin = top.table("provenance");
-    reference.origin = {origin.text("revision"), origin.text("compiler"), origin.text("machine"),
-                        origin.text("date"), origin.text("reason")};
+    reference.origin = {.revision = origin.text("revision"),
+                        .compiler = origin.text("compiler"),
+                        .machine = origin.text("machine"),
+                        .date = origin.text("date"),
+                        .reason = origin.text("reason")};
+    if (top.has("tolerance")) read_tolerance(top.table("tolerance"), *reference.origin);
   }
   if (top.has("values")) {
     const io::Section values = top.table("values");

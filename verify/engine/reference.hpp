@@ -19,10 +19,14 @@ struct ReferenceValue {
   std::string meaning;
 };
 
-/// What made a baseline.
+/// What made a baseline, and how far a later result may depart from it.
 struct Origin {
   std::string revision, compiler, machine, date;
   std::string reason;  // why this result was accepted
+  double relative = 1e-9;
+  double absolute = 1e-12;  // for values that are round-off, or zero
+
+  double allowed(double value) const;
 };
 
 struct Reference {

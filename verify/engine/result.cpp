@@ -6,8 +6,14 @@
 #include <sys/utsname.h>
 
 #include <algorithm>
+#include <exception>
 #include <fstream>
+#include <new>
+#include <system_error>
 
+#include "base/reduce.hpp"
+#include "base/stop.hpp"
+#include "io/document.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 #include "observe/interrupted.hpp"
@@ -45,7 +51,10 @@ class Table {
     for (const Row& row : rows) values.push_back(get(row));
     column(name, values);
   }
-  ~Table() { file_.attribute(group_, "columns", names_); }
+  // Throws as column() does, unless an exception is on its way already.
+  ~Table() noexcept(false) {
+    if (std::uncaught_exceptions() == exceptions_) file_.attribute(group_, "columns", names_);
+  }
   Table(const Table&) = delete;
   Table& operator=(const Table&) = delete;
 
@@ -53,12 +62,15 @@ class Table {
   io::Hdf5Image& file_;
   std::string group_;
   std::vector<std::string> names_;
+  int exceptions_ = std::uncaught_exceptions();
 };
 
 void write_head(io::Hdf5Image& file, const Result& r) {
   file.attribute("/", "format", std::string("veriflex-result"));
   file.attribute("/", "schema", std::int64_t{1});
-  for (const auto& [name, value] : {std::pair{"id", &r.c.id},
+  file.attribute("/", "id", r.c.name());
+  file.attribute("/", "variant", fmt::format("{}", fmt::join(r.c.overrides, ", ")));
+  for (const auto& [name, value] : {std::pair{"case_id", &r.c.id},
                                     {"title", &r.c.title},
                                     {"asks", &r.c.asks},
                                     {"equation", &r.c.equation},
@@ -70,7 +82,12 @@ void write_head(io::Hdf5Image& file, const Result& r) {
   file.attribute("/", "sources", r.c.sources);
   file.attribute("/", "verdict", to_string(r.verdict));
   file.attribute("/", "findings", std::int64_t{r.findings()});
-  file.attribute("/", "warnings", r.warnings);
+  std::vector<std::string> warnings = r.warnings;
+  if (warnings.size() > io::longest_list) {
+    warnings.resize(io::longest_list);
+    warnings.back() = fmt::format("and {} more", r.warnings.size() - io::longest_list + 1);
+  }
+  file.attribute("/", "warnings", warnings);
   if (r.verdict == Verdict::error) {
     file.attribute("/", "error_kind", r.error_kind);
     file.attribute("/", "error_message", r.error_message);
@@ -104,8 +121,14 @@ void write_observations(io::Hdf5Image& file, const observe::Observations& seen) 
   for (const observe::Record& record : seen.records) {
     const std::string group = "/records/" + record.name;
     {
+      // A run may break off in the middle of a row.
+      std::size_t rows = record.columns.empty() ? 0 : record.columns.front().values.size();
+      for (const observe::Column& column : record.columns) rows = std::min(rows, column.values.size());
       Table table(file, group);
-      for (const observe::Column& column : record.columns) table.column(column.name, column.values);
+      for (const observe::Column& column : record.columns) {
+        const auto begin = column.values.begin();
+        table.column(column.name, std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(rows)));
+      }
     }
     file.attribute(group, "title", record.title);
     for (const observe::Column& column : record.columns) {
@@ -207,9 +230,60 @@ int Result::findings() const {
 double Result::worst_margin() const {
   double worst = 0.0;
   for (const Outcome& outcome : outcomes) {
-    if (outcome.verdict != Verdict::finding) worst = std::max(worst, outcome.margin);
+    if (outcome.verdict != Verdict::finding) worst = worse(worst, outcome.margin);
   }
   return worst;
+}
+
+namespace {
+
+// Adds the last good state; a name stands once in a result file.
+template <class Named>
+void put_in(std::vector<Named>& seen, const std::vector<Named>& last) {
+  for (const Named& one : last) {
+    const auto same =
+        std::find_if(seen.begin(), seen.end(), [&](const Named& n) { return n.name == one.name; });
+    if (same == seen.end()) {
+      seen.push_back(one);
+    } else {
+      *same = one;
+    }
+  }
+}
+
+}  // namespace
+
+Failure current_failure() {
+  const std::string memory = "out of memory. Use a smaller scene (see veriflex plan)";
+  try {
+    throw;
+  } catch (const NumericalFailure& failure) {
+    return {stop::was_thrown() ? "interrupted" : "numerical", failure.what()};
+  } catch (const InputError& error) {
+    return {"input", error.what()};
+  } catch (const BadParameter& bad) {
+    return {"input", bad.what()};
+  } catch (const OutputError& error) {
+    return {"output", error.what()};
+  } catch (const std::bad_alloc&) {
+    return {"memory", memory};
+  } catch (const std::length_error&) {  // more elements than there can be addresses
+    return {"memory", memory};
+  } catch (const std::filesystem::filesystem_error& error) {
+    return {"input", error.what()};
+  } catch (const std::exception& error) {
+    return {"internal",
+            fmt::format("{}. This should not happen: please report it with the case", error.what())};
+  } catch (...) {
+    return {"internal", "an exception without words. This should not happen: please report it with the case"};
+  }
+}
+
+void Result::fail(const Failure& failure) {
+  outcomes.clear();
+  verdict = Verdict::error;
+  error_kind = failure.kind;
+  error_message = failure.message;
 }
 
 Result run_case(const Case& c, int threads) {
@@ -223,38 +297,50 @@ Result run_case(const Case& c, int threads) {
                 .warnings = {},
                 .cost = {}};
   Progress progress(c.id);
+  stop::forget();
   try {
     c.study.run(result.seen, progress, result.cost);
+    if (stop::was_thrown()) {
+      // The study took the interruption for an answer, say "does not survive": its numbers are worth nothing.
+      result.seen = {};
+      throw Stopped(stop::reason());
+    }
     for (const Check& check : c.checks) result.outcomes.push_back(judge(check, c, result.seen));
     result.verdict = overall(result.outcomes);
-  } catch (const NumericalFailure& failure) {
-    if (const auto* interrupted = dynamic_cast<const observe::Interrupted*>(&failure)) {
-      const observe::Observations& last = interrupted->seen;
-      result.seen.records.insert(result.seen.records.end(), last.records.begin(), last.records.end());
-      result.seen.metrics.insert(result.seen.metrics.end(), last.metrics.begin(), last.metrics.end());
-    }
-    result.outcomes.clear();
-    result.error_kind = "numerical";
-    result.error_message = failure.what();
+    const bool only_baseline =
+        std::all_of(c.checks.begin(), c.checks.end(), [](const Check& k) { return k.kind == "baseline"; });
+    if (only_baseline && result.verdict == Verdict::pass) result.verdict = Verdict::measured;
+  } catch (const observe::Interrupted& interrupted) {
+    put_in(result.seen.records, interrupted.seen.records);
+    put_in(result.seen.metrics, interrupted.seen.metrics);
+    result.fail(current_failure());
+  } catch (...) {
+    result.fail(current_failure());
   }
   result.warnings = progress.warnings();
   result.cost.finish("judge");
   return result;
 }
 
-Result unreadable(const std::filesystem::path& path, const std::string& message, int threads) {
+Result not_run(const std::filesystem::path& path, const std::vector<std::string>& overrides,
+               const Failure& failure, int threads) {
   Case c{};
   c.id = path.stem().string();
   c.path = path;
+  c.overrides = overrides;
   return {.c = c,
           .provenance = provenance(threads),
           .seen = {},
           .outcomes = {},
           .verdict = Verdict::error,
-          .error_kind = "input",
-          .error_message = message,
+          .error_kind = failure.kind,
+          .error_message = failure.message,
           .warnings = {},
           .cost = {}};
+}
+
+std::filesystem::path result_path(const Case& c, const std::filesystem::path& folder) {
+  return folder / (c.name() + ".h5");
 }
 
 void write_result(const Result& result, const std::filesystem::path& folder) {
@@ -266,7 +352,7 @@ void write_result(const Result& result, const std::filesystem::path& folder) {
   write_checks(file, result);
   write_references(file, result.c);
   write_circumstances(file, result);
-  io::write_file(folder / (result.c.id + ".h5"), file.bytes());
+  io::write_file(result_path(result.c, folder), file.bytes());
 }
 
 }  // namespace veriflex::engine

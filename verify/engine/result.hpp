@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <string>
+#include <vector>
 
 #include "engine/case.hpp"
 #include "engine/verdict.hpp"
@@ -17,6 +18,14 @@ struct Provenance {
 /// Of this program, here and now.
 Provenance provenance(int threads);
 
+/// Why a case has no answer. Kinds: input, numerical, memory, output, interrupted, internal.
+struct Failure {
+  std::string kind, message;
+};
+
+/// The exception that is being handled.
+Failure current_failure();
+
 struct Result {
   Case c;
   Provenance provenance;
@@ -27,18 +36,24 @@ struct Result {
   std::vector<std::string> warnings;
   Cost cost;
 
+  void fail(const Failure& failure);  // verdict error, without outcomes
   int findings() const;
   double worst_margin() const;  // over the checks that passed or failed
 };
 
-/// Runs the study and judges it. A NumericalFailure becomes the verdict `error`, and what an
-/// observe::Interrupted has seen stays in the result, unjudged; other exceptions pass through.
+/// Runs the study and judges it. Any exception becomes the verdict `error`, and what was seen until then
+/// stays in the result, unjudged.
 Result run_case(const Case& c, int threads);
 
-/// The result of a case that could not be read: verdict `error`.
-Result unreadable(const std::filesystem::path& path, const std::string& message, int threads);
+/// The result of a case that was not run: verdict `error`.
+Result not_run(const std::filesystem::path& path, const std::vector<std::string>& overrides,
+               const Failure& failure, int threads);
 
-/// Writes `<folder>/<id>.h5`, aside and renamed. Throws OutputError.
+/// `<folder>/<name>.h5`.
+std::filesystem::path result_path(const Case& c, const std::filesystem::path& folder);
+
+/// Writes result_path(), aside and renamed. Throws OutputError, and std::runtime_error for what an HDF5 file
+/// cannot hold.
 void write_result(const Result& result, const std::filesystem::path& folder);
 
 }  // namespace veriflex::engine

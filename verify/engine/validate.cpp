@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "engine/baseline.hpp"
 #include "engine/ledger.hpp"
 #include "io/file.hpp"
 
@@ -28,7 +29,7 @@ class Problems {
   void attempt(Read read) {
     try {
       read();
-    } catch (const InputError& error) {
+    } catch (const std::exception& error) {
       add(error.what());
     }
   }
@@ -99,6 +100,7 @@ std::vector<Case> check_cases(const std::vector<fs::path>& paths, const fs::path
       const io::Section top = io::parse_document(io::read_file(path), path.string());
       cases.push_back(read_parts(top, path, drivers, reference_folder, found));
       for (const InputError& error : found) problems.add(error.what());
+      if (found.empty()) compare_with_baseline(cases.back(), case_folder, reference_folder);
       const bool own = fs::weakly_canonical(path).parent_path() == fs::weakly_canonical(case_folder);
       if (own && !keys.empty()) check_citations(cases.back(), keys, problems);
     });

@@ -66,6 +66,8 @@ std::string to_string(Verdict verdict) {
       return "fail";
     case Verdict::finding:
       return "finding";
+    case Verdict::measured:
+      return "measured";
     case Verdict::error:
       break;
   }
@@ -81,14 +83,15 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
   Outcome outcome{};
   outcome.measure = check.measure;
   outcome.measured = measure(check, c, seen);
-  if (!std::isfinite(outcome.measured)) {
+  // Only a baseline says that a number is infinite.
+  if (std::isnan(outcome.measured) || (std::isinf(outcome.measured) && !std::isinf(check.target))) {
     throw NumericalFailure(fmt::format("'{}' was measured as {}", check.measure, outcome.measured));
   }
   outcome.target = check.target;
   const bool of_target = check.tolerance.relative && !check.curve;
   outcome.tolerance = check.tolerance.value * (of_target ? std::abs(check.target) : 1.0);
   outcome.outside = check.outside;
-  outcome.error = std::abs(outcome.measured - outcome.target);
+  outcome.error = outcome.measured == outcome.target ? 0.0 : std::abs(outcome.measured - outcome.target);
   const double margin = outcome.error / outcome.tolerance;
   outcome.margin = check.outside ? 1.0 / margin : margin;
   const bool holds = outcome.margin <= 1.0;
@@ -104,6 +107,7 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
 }
 
 Verdict overall(const std::vector<Outcome>& outcomes) {
+  if (outcomes.empty()) return Verdict::measured;
   const bool failed = std::any_of(outcomes.begin(), outcomes.end(),
                                   [](const Outcome& o) { return o.verdict == Verdict::fail; });
   return failed ? Verdict::fail : Verdict::pass;

@@ -11,8 +11,9 @@ namespace veriflex::engine {
 enum class Verdict {
   pass,
   fail,
-  finding,  // of a check: a published claim is refuted, by as much as was recorded
-  error,    // of a case: it could not answer
+  finding,   // of a check: a published claim is refuted, by as much as was recorded
+  error,     // of a case: it could not answer
+  measured,  // of a case without checks: there was nothing to judge
 };
 std::string to_string(Verdict verdict);
 
@@ -35,7 +36,7 @@ std::string required(const Outcome& outcome);
 /// a NaN there.
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen);
 
-/// `fail` if any check failed, else `pass`.
+/// `fail` if any check failed, else `pass`; `measured` without checks.
 Verdict overall(const std::vector<Outcome>& outcomes);
 
 }  // namespace veriflex::engine

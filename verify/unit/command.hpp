@@ -50,9 +50,15 @@ class Folder {
   }
 
   Ran run(const std::vector<std::string>& arguments) const {
-    std::string line = "cd '" + path_.string() + "' && '" VERIFLEX_COMMAND "'";
+    std::string line = "\"$V\"";
     for (const std::string& argument : arguments) line += " '" + argument + "'";
-    const int status = std::system((line + " >.stdout 2>.stderr").c_str());
+    return shell(line);
+  }
+
+  /// A line of sh here, in which "$V" is the command.
+  Ran shell(const std::string& line) const {
+    const std::string there = "cd '" + path_.string() + "' && { V='" VERIFLEX_COMMAND "'; " + line + "; }";
+    const int status = std::system((there + " >.stdout 2>.stderr").c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), contents(path_ / ".stdout"),
             contents(path_ / ".stderr")};
   }

@@ -211,19 +211,6 @@ TEST_CASE("A result file gives back what was put in") {
   CHECK_THROWS_AS(file.attribute("/", "schema"), InputError);
 }
 
-TEST_CASE("A killed run leaves the earlier result") {
-  const Folder folder;
-  folder.write("bad.toml",
-               replaced(replaced(good_case, "[2, 2, 4]", "[16, 16, 200]"), "\"held\"", "\"free\""));
-  folder.write("out/bad.h5", "an earlier result");
-  const std::string command = "cd '" + folder.path().string() +
-                              "' && timeout -s KILL 0.3 '" VERIFLEX_COMMAND
-                              "' run bad.toml --out out >/dev/null 2>&1";
-  CHECK(std::system(command.c_str()) != 0);
-  CHECK(unit::contents(folder.path() / "out/bad.h5") == "an earlier result");
-  CHECK(folder.left_aside().empty());
-}
-
 TEST_CASE("CSV: comments, spaces and line ends of both kinds") {
   const auto columns = io::parse_csv("# a table\r\n\r\n x , y \r\n1, -2.5e-3\r\n# between\n 3,4", "t.csv");
   REQUIRE(columns.size() == 2);
@@ -267,6 +254,16 @@ TEST_CASE("run --json has the keys that programs rely on") {
   CHECK(all[0]["id"] == "bad");
   CHECK(all[0]["verdict"] == "pass");
   CHECK(all[0]["wall_seconds"].is_number());
+  CHECK(all[0]["result"] == "out/bad.h5");
+  CHECK(all[0]["warnings"].empty());
+  CHECK(all[0]["checks"][0]["holds"] == "within");
+  bool found = false;
+  for (const Json& metric : all[0]["metrics"]) {
+    for (const char* key : {"name", "value", "dimension", "meaning"}) CHECK(metric.contains(key));
+    found =
+        found || (metric["name"] == "young_modulus" && metric["value"] == all[0]["checks"][0]["measured"]);
+  }
+  CHECK(found);
   CHECK(all[1]["findings"] == 4);
   for (const char* key : {"metric", "measured", "target", "tolerance", "margin", "verdict"}) {
     CHECK(all[0]["checks"][0].contains(key));
@@ -396,7 +393,12 @@ TEST_CASE(
   folder.write("bad.toml",
                replaced(replaced(good_case, "depth = 1.0", "depth = 2.0"),
                         "target = 1021.186296534041763399964", "target = 2042.372593068083526799928"));
-  const Ran renewed = folder.run({"accept", "bad.toml", "--reason", "twice as deep"});
+  const Ran asked = folder.run({"accept", "bad.toml", "--reason", "twice as deep"});
+  CHECK(asked.code == 2);
+  CHECK_THAT(asked.out, ContainsSubstring("relative change"));
+  CHECK_THAT(asked.err, ContainsSubstring("holds other values"));
+  CHECK(read_reference(folder.path() / "bad-baseline.toml").origin->reason == reason);
+  const Ran renewed = folder.run({"accept", "bad.toml", "--reason", "twice as deep", "--replace"});
   CHECK(renewed.code == 0);
   CHECK_THAT(renewed.out, ContainsSubstring("relative change"));
   CHECK(read_reference(folder.path() / "bad-baseline.toml").values.at("young_modulus").value ==
@@ -405,12 +407,14 @@ TEST_CASE(
 
 TEST_CASE("accept refuses a case that does not pass, and leaves the earlier baseline") {
   const Folder folder;
+  folder.write("bad.toml", good_case);
+  REQUIRE(folder.run({"accept", "bad.toml", "--reason", "first"}).code == 0);
+  const std::string earlier = unit::contents(folder.path() / "bad-baseline.toml");
   folder.write("bad.toml", replaced(good_case, "target = 1021", "target = 1022"));
-  folder.write("bad-baseline.toml", "earlier");
-  const Ran ran = folder.run({"accept", "bad.toml", "--reason", "x"});
+  const Ran ran = folder.run({"accept", "bad.toml", "--reason", "x", "--replace"});
   CHECK(ran.code == 1);
   CHECK_THAT(ran.err, ContainsSubstring("not accepted, its verdict is fail"));
-  CHECK(unit::contents(folder.path() / "bad-baseline.toml") == "earlier");
+  CHECK(unit::contents(folder.path() / "bad-baseline.toml") == earlier);
 }
 
 TEST_CASE("The ledger shows what result files say, and what no case judges") {

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <regex>
 #include <set>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -234,6 +235,21 @@ TEST_CASE("The examples in the schema documents are valid") {
   CHECK(engine::read_reference(reference, "minimal-reference.toml").values.size() == 1);
   const io::Section ledger = io::parse_document(toml_block(references / "README.md", "[[claim]]"), "example");
   CHECK(engine::read_ledger(ledger).entries.size() == 1);
+}
+
+TEST_CASE("No table of a page is broken by an empty line") {
+  for (const char* page :
+       {"README.md", "ARCHITECTURE.md", "cases/README.md", "reference/README.md", "verify/README.md"}) {
+    std::vector<std::string> lines;
+    std::istringstream text(io::read_file(root / page));
+    for (std::string line; std::getline(text, line);) lines.push_back(line);
+    lines.emplace_back();
+    for (std::size_t i = 1; i + 1 < lines.size(); ++i) {
+      const bool begins = lines[i].starts_with('|') && !lines[i - 1].starts_with('|');
+      if (begins && !lines[i + 1].starts_with("|-"))
+        FAIL_CHECK(page << ":" << i + 1 << " begins a table without a head");
+    }
+  }
 }
 
 TEST_CASE("Cases, references, claims and bibliography of the repository agree") {

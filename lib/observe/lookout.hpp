@@ -1,0 +1,30 @@
+/// A fluid under watch from the first step of a run to its last.
+#pragma once
+
+#include "observe/watch.hpp"
+
+namespace veriflex::observe {
+
+/// Looks before the first step, after every watch.every-th and after the last, whatever watch.every, and
+/// remembers the last look that found all well.
+class Lookout {
+ public:
+  /// Looks at once. Throws NumericalFailure as check().
+  Lookout(const fluid::Fluid& fluid, const Watch& watch);
+
+  /// After a step: looks when that is due. Throws Interrupted, with what the last good look saw.
+  void after_step();
+
+  /// After the last step, unless that has been looked at. Throws as after_step().
+  void at_end();
+
+ private:
+  void look();
+
+  const fluid::Fluid& fluid_;
+  Watch watch_;
+  std::int64_t step_;  // of the last look
+  fluid::Extremes seen_;
+};
+
+}  // namespace veriflex::observe
