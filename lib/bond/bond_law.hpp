@@ -2,7 +2,7 @@
 ///
 /// A law is a plain struct of parameters with the energy of one bond of length r and its first two
 /// derivatives. Adding one: see "A new bond law" in ARCHITECTURE.md (one file here, one line in
-/// CMakeLists.txt).
+/// laws.cmake).
 #pragma once
 
 #include <array>
@@ -16,7 +16,7 @@
 namespace veriflex::bond {
 
 /// Dimension of a bond parameter as energy^energy * length^length. Enough for any law without time or mass of
-/// its own, and what a rescaling to another modulus and spacing needs (calibrate.hpp).
+/// its own, and what a rescaling to another modulus and spacing needs (derive.hpp, calibrate()).
 struct Dimension {
   int energy;
   int length;
