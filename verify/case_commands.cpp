@@ -165,6 +165,12 @@ void print_table(const Result& r) {
   }
 }
 
+// What the measured number had to be.
+std::string wanted(const engine::Outcome& o) {
+  if (o.outside) return fmt::format("must lie beyond {:.17g} +- {:.3g}", o.target, o.tolerance);
+  return fmt::format("target {:.17g}, tolerance {:.3g}", o.target, o.tolerance);
+}
+
 // The verdict in one line, what is wrong or found, and for `run` the numbers.
 void print_result(const Result& r, const std::string& stored, bool with_table) {
   say("{:<8} {:<32} {:>2} checks, worst margin {:<9.3g} {:.2f} s\n", to_string(r.verdict), r.c.name(),
@@ -177,11 +183,10 @@ void print_result(const Result& r, const std::string& stored, bool with_table) {
     const engine::Outcome& o = r.outcomes[i];
     const engine::Check& check = r.c.checks[i];
     if (o.verdict == Verdict::fail) {
-      say("        {}: {}: {} measured {:.17g}, target {:.17g}, tolerance {:.3g}, margin {:.3g}. {}\n",
-          to_string(check.place), to_string(o.verdict), o.measure, o.measured, o.target, o.tolerance,
-          o.margin, check.statement);
+      say("        {}: {}: {} measured {:.17g}, {}, margin {:.3g}. {}\n", to_string(check.place),
+          to_string(o.verdict), o.measure, o.measured, wanted(o), o.margin, check.statement);
     } else if (o.verdict == Verdict::finding) {
-      say("        finding: {} (measured {:.10g}, claimed {:.10g})\n", check.statement, o.measured, o.target);
+      say("        finding: {} (measured {:.10g}, {})\n", check.statement, o.measured, wanted(o));
     }
   }
   if (r.verdict == Verdict::error) say("        {}\n", r.error_message);

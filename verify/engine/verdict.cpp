@@ -74,11 +74,6 @@ std::string to_string(Verdict verdict) {
   return "error";
 }
 
-std::string required(const Outcome& outcome) {
-  return fmt::format(fmt::runtime(outcome.outside ? "beyond {:.10g} +- {:.3g}" : "{:.10g} within {:.3g}"),
-                     outcome.target, outcome.tolerance);
-}
-
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen) {
   Outcome outcome{};
   outcome.measure = check.measure;

@@ -29,9 +29,6 @@ struct Outcome {
   Verdict verdict;
 };
 
-/// What the measured number had to be, in words: "1021.19 within 1e-06", "beyond 1 +- 0.1".
-std::string required(const Outcome& outcome);
-
 /// Judges one check of the case. Throws NumericalFailure when the observations lack what it asks for or hold
 /// a NaN there.
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen);
