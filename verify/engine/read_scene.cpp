@@ -195,6 +195,10 @@ fluid::Shape read_obstacle(const io::Section& fluid) {
     table.fail("radius", fmt::format("'radius' is {}", radius), "it must be positive",
                "Give for example 4.0");
   }
+  if (centre.cwiseAbs().maxCoeff() > static_cast<double>(most_fluid_nodes)) {
+    table.fail("centre", "the centre lies beyond any box",
+               fmt::format("an axis has at most {} nodes", most_fluid_nodes), "Give a place in the box");
+  }
   if (shape == "sphere") return fluid::Sphere{centre, radius};
   const std::string axis = table.choice("axis", {"x", "y", "z"});
   return fluid::Cylinder{centre, radius, static_cast<std::size_t>(axis[0] - 'x')};
