@@ -175,8 +175,6 @@ TEST_CASE("SIGTERM, SIGINT and a terminal that goes leave what was seen, and the
     CHECK(cut.attribute("/", "error_kind") == "interrupted");
     CHECK_THAT(cut.attribute("/", "error_message"), ContainsSubstring("interrupted by " + std::string(name)));
     CHECK_THAT(cut.attribute("/", "error_message"), ContainsSubstring("step"));
-    const std::vector<std::string> metrics = cut.texts("/metrics/name");
-    CHECK(std::find(metrics.begin(), metrics.end(), "last_good_step") != metrics.end());
     const io::Hdf5File never(folder.path() / "out/bad.h5");
     CHECK(never.attribute("/", "verdict") == "error");
     CHECK_THAT(never.attribute("/", "error_message"), ContainsSubstring("not run: interrupted by"));
