@@ -10,18 +10,21 @@ namespace veriflex::observe {
 class Lookout {
  public:
   /// Looks at once. Throws NumericalFailure as check().
-  Lookout(const fluid::Fluid& fluid, const Watch& watch);
+  Lookout(fluid::Fluid& fluid, const Watch& watch);
 
-  /// After a step: looks when that is due. Throws Interrupted, with what the last good look saw.
-  void after_step();
+  /// One step of the fluid, and a look when that is due. Throws Interrupted, with what the last good look
+  /// saw, when this one finds the fluid unsound or the run is asked to stop.
+  void step(const fluid::NodeForces& forces = {});
 
-  /// After the last step, unless that has been looked at. Throws as after_step().
+  /// After the last step, unless that has been looked at. Throws as step().
   void at_end();
 
  private:
+  template <class Work>
+  void guarded(Work work);
   void look();
 
-  const fluid::Fluid& fluid_;
+  fluid::Fluid& fluid_;
   Watch watch_;
   std::int64_t step_;  // of the last look
   fluid::Extremes seen_;

@@ -85,8 +85,7 @@ Period last_period(const Womersley& study, const Piece& piece) {
       }
     }
     force.col(axis).setConstant(g);
-    fluid->collide_and_stream({everywhere, &force});
-    lookout.after_step();
+    lookout.step({everywhere, &force});
   }
   lookout.at_end();
   return seen;

@@ -119,7 +119,7 @@ Drift drift_of(const Conservation& study, const Piece& piece) {
   Drift drift;
   observe::Lookout lookout(*fluid, study.watch);
   for (int i = 1; i <= samples; ++i) {
-    march(*fluid, study.steps * i / samples - fluid->steps(), lookout);
+    march(study.steps * i / samples - fluid->steps(), lookout);
     const Totals now = fluid->totals();
     const Vec3 given = static_cast<double>(fluid->steps()) * volume * spec.body_force;
     drift.mass.push_back(std::abs(now.mass_deviation - before.mass_deviation) / volume);

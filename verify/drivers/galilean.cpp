@@ -85,9 +85,9 @@ Decay measure(const GalileanStudy& study, double speed) {
   const DiagonalWave wave = diagonal_wave(study);
   const auto half = std::max<std::int64_t>(1, std::llround(0.5 / flow.decay_rate()));
   observe::Lookout lookout(*fluid, study.watch);
-  march(*fluid, half, lookout);
+  march(half, lookout);
   const double before = strength(*fluid, wave);
-  march(*fluid, 2 * half, lookout);
+  march(2 * half, lookout);
   lookout.at_end();
   const double after = strength(*fluid, wave);
   return {std::log(before / after) / static_cast<double>(2 * half),

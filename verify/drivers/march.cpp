@@ -16,16 +16,13 @@ constexpr std::int64_t between_looks = 100;  // the change of one step alone wou
 
 }  // namespace
 
-void march(fluid::Fluid& fluid, std::int64_t steps, observe::Lookout& lookout) {
-  for (std::int64_t step = 0; step < steps; ++step) {
-    fluid.collide_and_stream();
-    lookout.after_step();
-  }
+void march(std::int64_t steps, observe::Lookout& lookout) {
+  for (std::int64_t step = 0; step < steps; ++step) lookout.step();
 }
 
 void march(fluid::Fluid& fluid, std::int64_t steps, const observe::Watch& watch) {
   observe::Lookout lookout(fluid, watch);
-  march(fluid, steps, lookout);
+  march(steps, lookout);
   lookout.at_end();
 }
 
@@ -55,7 +52,7 @@ void march_to_steady(fluid::Fluid& fluid, std::span<const std::int64_t> nodes, c
                       "means at most {:.3g}",
                       fluid.steps(), change, steady.change));
     }
-    march(fluid, between_looks, lookout);
+    march(between_looks, lookout);
     Positions now = velocities_of(fluid, nodes);
     change = relative_to(largest_magnitude(now - before), largest_magnitude(now)) / between_looks;
     if (std::isnan(change)) lookout.at_end();

@@ -7,7 +7,7 @@
 namespace veriflex::drivers {
 
 /// So many steps of a run. Throws observe::Interrupted with what the last good look saw.
-void march(fluid::Fluid& fluid, std::int64_t steps, observe::Lookout& lookout);
+void march(std::int64_t steps, observe::Lookout& lookout);
 
 /// So many steps that are a run of their own: the fluid is looked at before them and after them, too.
 void march(fluid::Fluid& fluid, std::int64_t steps, const observe::Watch& watch);
