@@ -362,7 +362,7 @@ const std::vector<Line> lines{
      output,
      "cannot be written (Is a directory)"},
     {"report on a folder without results", {"report", "empty"}, input, "no results"},
-    {"report on no folder", {"report", "nowhere"}, input, "no folder of results"},
+    {"report on no folder", {"report", "nowhere"}, input, "no results folder"},
     {"claims of a truncated result",
      {"claims", "--results", "truncated"},
      input,

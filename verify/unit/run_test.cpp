@@ -341,7 +341,7 @@ TEST_CASE("Names of changed cases differ as what was set does, and suit a file s
   CHECK(name({std::string(5000, 'x') + "=1"}).size() < 200);
 }
 
-TEST_CASE("--set adds tables, and says that what stands in them comes from the command line") {
+TEST_CASE("An override adds tables, and says that what stands in them comes from the command line") {
   const auto document = [](const std::vector<std::string>& set) {
     return io::parse_document("a = 1\n[[d]]\ne = 1\n", "t.toml", set);
   };
