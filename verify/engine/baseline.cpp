@@ -28,7 +28,7 @@ std::string quoted(const std::string& text) {
 
 // A TOML float: never without point or exponent, lest it read as an integer too large for one.
 std::string float_text(double value) {
-  std::string text = fmt::format("{:.17g}", value);
+  std::string text = fmt::format("{}", value);  // the fewest digits that are this double
   if (std::isfinite(value) && text.find_first_of(".e") == std::string::npos) text += ".0";
   return text;
 }
