@@ -163,6 +163,7 @@ class FluidOf final : public Fluid {
 #pragma omp parallel for
     for (std::int64_t z = 0; z < grid.size[2]; ++z) {
       for (std::int64_t y = 0; y < grid.size[1]; ++y) {
+        if (stop::signal.load(std::memory_order_relaxed) != 0) continue;  // nothing may be thrown in here
         for (std::int64_t x = 0; x < grid.size[0]; ++x) {
           const std::int64_t node = grid.index(x, y, z);
           const Populations h = at(node);
@@ -170,6 +171,7 @@ class FluidOf final : public Fluid {
         }
       }
     }
+    stop_if_asked("fluid step", 0);
   }
 
   void collide_and_stream(const NodeForces& forces) override {

@@ -218,6 +218,10 @@ const toml::node& need(const Section& of, Section::Node& section, const std::str
 
 double as_number(const Section& section, const std::string& key, const toml::node& node, bool infinity_too) {
   const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
+  if (!value && node.is_integer()) {
+    section.fail(key, fmt::format("'{}' is {}", key, node.as_integer()->get()), "no double is that integer",
+                 "Write it with a point or an exponent, like 9.2e18");
+  }
   if (!value)
     section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a number is needed",
                  "Write it without quotes, like 1.5e-3");

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/memory.hpp"
 #include "base/reduce.hpp"
 #include "solid/freedom.hpp"
 #include "solid/symmetric_eigenvalue.hpp"
@@ -33,9 +34,22 @@ double frequency(double eigenvalue, double node_mass) {
   throw NumericalFailure(fmt::format("{} not found after {} Lanczos restarts", what, lanczos_restarts));
 }
 
+/// Assembly holds every entry twice, once per contribution and once kept.
+void refuse_beyond_memory(const Material& material, const Network& network) {
+  const double angles = material.angle_stiffness == 0.0 ? 0.0 : static_cast<double>(network.angles.size());
+  const double entries = 36.0 * static_cast<double>(network.bonds.size()) + 144.0 * angles;
+  const double bytes = 2.0 * entries * sizeof(Eigen::Triplet<double>);
+  const double available = available_memory_bytes();
+  if (bytes <= available) return;
+  throw NumericalFailure(
+      fmt::format("the Hessian of a body of {} nodes takes {:.3g} GB, {:.3g} GB of memory are available",
+                  network.node_count(), 1e-9 * bytes, 1e-9 * available));
+}
+
 }  // namespace
 
 Sparse free_hessian(const Material& material, const Network& network, const Positions& u, const Held& held) {
+  refuse_beyond_memory(material, network);
   return visit(material, [&](const auto& law, const auto& angle) {
     Workspace work;
     Positions unused;

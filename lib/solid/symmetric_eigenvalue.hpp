@@ -11,6 +11,7 @@
 #include <exception>
 
 #include "base/error.hpp"
+#include "base/stop.hpp"
 
 namespace veriflex::solid {
 
@@ -26,15 +27,36 @@ bool is_eigenpair(const Product& product, double eigenvalue, const Eigen::Vector
   return (image - eigenvalue * x).norm() <= accuracy;
 }
 
+/// A product that a signal can stop between two applications.
+template <class Product>
+class Stoppable {
+ public:
+  using Scalar = double;
+  explicit Stoppable(const Product& product) : product_(product) {}
+  Eigen::Index rows() const { return product_.rows(); }
+  Eigen::Index cols() const { return product_.cols(); }
+  void perform_op(const double* x, double* y) const {
+    stop_if_asked("Lanczos product", ++count_);
+    product_.perform_op(x, y);
+  }
+
+ private:
+  const Product& product_;
+  mutable std::int64_t count_ = 0;
+};
+
 /// `product` has rows(), cols() and perform_op(x, y) with y = A x, and is not zero. Throws NumericalFailure,
 /// which names `what`, when the iteration does not converge or its answer is no eigenvalue.
 template <class Product>
 double largest_eigenvalue(Product& product, double tolerance, const char* what) {
   const Eigen::Index krylov = std::min<Eigen::Index>(product.rows(), 30);
-  Spectra::SymEigsSolver<Product> solver(product, 1, krylov);
+  Stoppable<Product> stoppable(product);
+  Spectra::SymEigsSolver<Stoppable<Product>> solver(stoppable, 1, krylov);
   try {
     solver.init();
     solver.compute(Spectra::SortRule::LargestAlge, lanczos_restarts, tolerance);
+  } catch (const NumericalFailure&) {
+    throw;
   } catch (const std::exception& failure) {  // Spectra's own, of numbers that are none
     throw NumericalFailure(fmt::format("{} not found: {}", what, failure.what()));
   }
