@@ -37,10 +37,6 @@ fluid::Extremes check(const fluid::Fluid& fluid, const Watch& watch) {
   return worst;
 }
 
-void check_when_due(const fluid::Fluid& fluid, const Watch& watch) {
-  if (fluid.steps() % watch.every == 0) check(fluid, watch);
-}
-
 std::vector<Metric> last_good(std::int64_t step, const fluid::Extremes& seen) {
   return {{"last_good_step", static_cast<double>(step), "1", "of the last look that found all sound"},
           {"last_good_mach", seen.greatest_speed / std::sqrt(fluid::sound_speed_squared), "1",

@@ -21,9 +21,6 @@ struct Watch {
 /// much as a step or two.
 fluid::Extremes check(const fluid::Fluid& fluid, const Watch& watch);
 
-/// check() at every watch.every-th step of the fluid.
-void check_when_due(const fluid::Fluid& fluid, const Watch& watch);
-
 /// What a result says of the last look that found all well.
 std::vector<Metric> last_good(std::int64_t step, const fluid::Extremes& seen);
 

@@ -64,13 +64,9 @@ TEST_CASE("The watch names step, node, quantity, value and bound") {
 TEST_CASE("The watch looks when it is due") {
   const std::unique_ptr<fluid::Fluid> fast =
       fluid::make_fluid({.grid = {{4, 4, 4}}, .relaxation_time = 0.8, .body_force = {0.1, 0.0, 0.0}});
-  const Watch watch{.every = 10, .mach_limit = 0.3};
-  for (int step = 0; step < 9; ++step) {
-    fast->collide_and_stream();
-    CHECK_NOTHROW(observe::check_when_due(*fast, watch));
-  }
-  fast->collide_and_stream();
-  CHECK_THROWS_WITH(observe::check_when_due(*fast, watch), ContainsSubstring("step 10, node (0, 0, 0)"));
+  observe::Lookout lookout(*fast, {.every = 10, .mach_limit = 0.3});
+  for (int step = 0; step < 9; ++step) CHECK_NOTHROW(lookout.step());
+  CHECK_THROWS_WITH(lookout.step(), ContainsSubstring("step 10, node (0, 0, 0)"));
 }
 
 TEST_CASE("A lookout looks before the first step, after the last, and keeps what it saw last") {
