@@ -41,6 +41,32 @@ std::string to_string(const Place& place) {
   return fmt::format("{}:{}:{}", place.file, place.line, place.column);
 }
 
+std::string to_string(FailureMode mode) {
+  switch (mode) {
+    case FailureMode::NotFinite:
+      return "not-finite";
+    case FailureMode::Density:
+      return "density";
+    case FailureMode::Mach:
+      return "mach";
+    case FailureMode::Bond:
+      return "bond";
+    case FailureMode::Marker:
+      return "marker";
+    case FailureMode::TimeStep:
+      return "time-step";
+    case FailureMode::Equilibrium:
+      return "equilibrium";
+    case FailureMode::NotConverged:
+      return "not-converged";
+    case FailureMode::Coupling:
+      return "coupling";
+    case FailureMode::Other:
+      break;
+  }
+  return "other";
+}
+
 InputError::InputError(const Place& place, std::string_view problem, std::string_view why,
                        std::string_view suggestion)
     : std::runtime_error(to_string(place) + ": " + sentence(problem, why, suggestion)) {}

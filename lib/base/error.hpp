@@ -37,10 +37,29 @@ struct MissingParameter : BadParameter {
   using BadParameter::BadParameter;
 };
 
+/// What a computation left its range of validity by. A study of many runs tells them apart by this.
+enum class FailureMode {
+  NotFinite,     // a velocity or force is no number
+  Density,       // a fluid without positive density
+  Mach,          // a fluid faster than its limit
+  Bond,          // a bond or an angle outside of its law
+  Marker,        // a marker without a place in the box
+  TimeStep,      // a step that leap-frog cannot take
+  Equilibrium,   // a mechanism, or a state that is not stable
+  NotConverged,  // a search or an iteration without an answer
+  Coupling,      // an exchange with the fluid that grows
+  Other
+};
+
+/// Its name in a result file: `not-finite`, `density`, `mach`, ...
+std::string to_string(FailureMode mode);
+
 /// A computation that left its range of validity (NaN, a bond at its limit, a singular system).
 class NumericalFailure : public std::runtime_error {
  public:
-  using std::runtime_error::runtime_error;
+  explicit NumericalFailure(const std::string& message, FailureMode how = FailureMode::Other)
+      : std::runtime_error(message), mode(how) {}
+  FailureMode mode;
 };
 
 /// A file that could not be written, or a child process that died.

@@ -15,7 +15,7 @@ double integral(const Function& f, double a, double b) {
   gsl_function wrapped{[](double x, void* g) { return (*static_cast<const Function*>(g))(x); },
                        const_cast<Function*>(&f)};
   const double value = gsl_integration_glfixed(&wrapped, a, b, rule.get());
-  if (!std::isfinite(value)) throw NumericalFailure("an integral is not finite");
+  if (!std::isfinite(value)) throw NumericalFailure("an integral is not finite", FailureMode::NotFinite);
   return value;
 }
 

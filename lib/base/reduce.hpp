@@ -1,5 +1,5 @@
-/// Reductions of measured numbers. They keep a NaN, which std::max, std::min and Eigen's maxCoeff() may lose: a
-/// run that is no number anywhere must not look like a good one.
+/// Reductions of measured numbers. They keep a NaN, which std::max, std::min and Eigen's maxCoeff() may lose:
+/// a run that is no number anywhere must not look like a good one.
 #pragma once
 
 #include <cmath>

@@ -47,7 +47,8 @@ double bracketed_root(const Function& f, double lo, double hi) {
     if (same_bracket && before == gsl_root_fsolver_root(solver.get())) break;
   }
   if (status != GSL_SUCCESS) {
-    throw NumericalFailure(fmt::format("no root found between {} and {} ({})", lo, hi, gsl_strerror(status)));
+    throw NumericalFailure(fmt::format("no root found between {} and {} ({})", lo, hi, gsl_strerror(status)),
+                           FailureMode::NotConverged);
   }
   return gsl_root_fsolver_root(solver.get());
 }
@@ -66,7 +67,8 @@ double bracketed_minimum(const Function& f, double lo, double guess, double hi) 
   }
   if (status != GSL_SUCCESS && status != GSL_FAILURE) {  // GSL_FAILURE: it cannot improve any more
     throw NumericalFailure(
-        fmt::format("no minimum found between {} and {} ({})", lo, hi, gsl_strerror(status)));
+        fmt::format("no minimum found between {} and {} ({})", lo, hi, gsl_strerror(status)),
+        FailureMode::NotConverged);
   }
   return gsl_min_fminimizer_x_minimum(minimizer.get());
 }
@@ -76,7 +78,7 @@ Derivative central_derivative(const Function& f, double x, double h) {
   Derivative derivative{};
   if (gsl_deriv_central(&wrapped, x, h, &derivative.value, &derivative.error) != GSL_SUCCESS ||
       !std::isfinite(derivative.value)) {
-    throw NumericalFailure(fmt::format("no derivative at {} with width {}", x, h));
+    throw NumericalFailure(fmt::format("no derivative at {} with width {}", x, h), FailureMode::NotConverged);
   }
   return derivative;
 }

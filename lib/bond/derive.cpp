@@ -56,7 +56,8 @@ double rest_length(const Law& law) {
   }
   if (!(law.stiffness(r) > 0.0) || !std::isfinite(law.stiffness(r) / r)) {
     throw NumericalFailure(fmt::format("bond law {}: stiffness {} at r = {} is not positive and finite",
-                                       Law::name, law.stiffness(r), r));
+                                       Law::name, law.stiffness(r), r),
+                           FailureMode::Bond);
   }
   return r;
 }

@@ -53,7 +53,8 @@ void Transfer::locate_with(const Positions& X) {
       const double x = X(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(axis));
       if (!(std::abs(x) < farthest)) {
         throw NumericalFailure(
-            fmt::format("marker {} is at {} = {}, which is no place in the box", m, "xyz"[axis], x));
+            fmt::format("marker {} is at {} = {}, which is no place in the box", m, "xyz"[axis], x),
+            FailureMode::Marker);
       }
       Support& s = supports[m];
       s.first[axis] = static_cast<std::int64_t>(support<K>(x, s.weights[axis]));
@@ -61,9 +62,10 @@ void Transfer::locate_with(const Positions& X) {
         for (std::size_t i = 0; i < width; ++i) {
           const std::int64_t node = s.first[axis] + static_cast<std::int64_t>(i);
           if (s.weights[axis][i] == 0.0 || (node >= 0 && node < grid_.size[axis])) continue;
-          throw NumericalFailure(fmt::format(
-              "marker {} is at {} = {}: its support reaches node {}, beyond the walled box of nodes 0 to {}",
-              m, "xyz"[axis], x, node, grid_.size[axis] - 1));
+          throw NumericalFailure(fmt::format("marker {} is at {} = {}: its support reaches node {}, beyond "
+                                             "the walled box of nodes 0 to {}",
+                                             m, "xyz"[axis], x, node, grid_.size[axis] - 1),
+                                 FailureMode::Marker);
         }
       }
       s.first[axis] = into(s.first[axis], grid_.size[axis]);
@@ -81,7 +83,8 @@ void Transfer::locate_with(const Positions& X) {
       throw NumericalFailure(
           fmt::format("marker {} is at ({}, {}, {}): its support contains node ({}, {}, {}) of the obstacle",
                       m, X(row, 0), X(row, 1), X(row, 2), into(x, grid_.size[0]), into(y, grid_.size[1]),
-                      into(z, grid_.size[2])));
+                      into(z, grid_.size[2])),
+          FailureMode::Marker);
     }
   }
 

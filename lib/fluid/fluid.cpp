@@ -9,6 +9,7 @@
 #include "base/memory.hpp"
 #include "base/reduce.hpp"
 #include "base/stop.hpp"
+#include "base/work.hpp"
 #include "fluid/sweep.hpp"
 
 namespace veriflex::fluid {
@@ -176,6 +177,7 @@ class FluidOf final : public Fluid {
 
   void collide_and_stream(const NodeForces& forces) override {
     stop_if_asked("fluid step", steps_ + 1);
+    work::add(work::mine().node_updates, static_cast<std::uint64_t>(spec_.grid.count()));
     sweep(lattice_, odd());
     add(forces);
     ++steps_;

@@ -142,14 +142,16 @@ void apply_override(toml::table& document, const std::string& setting, const std
     bad("not of the form key=value", "", "Write --set bond.depth=2.0");
   const std::string path = setting.substr(0, equals);
   const std::string value = setting.substr(equals + 1);
+  const bool removes = value.find_first_not_of(" \t") == std::string::npos;
 
   toml::table parsed;
   try {
-    parsed = toml::parse("value = " + value);
+    if (!removes) parsed = toml::parse("value = " + value);
   } catch (const toml::parse_error&) {
     parsed = toml::table{{"value", value}};  // a bare word is text
   }
-  if (parsed.size() != 1) bad("the value is more than one TOML value", "", "Set one key at a time");
+  if (!removes && parsed.size() != 1)
+    bad("the value is more than one TOML value", "", "Set one key at a time");
 
   toml::node* at = &document;
   std::string last = path;
@@ -158,7 +160,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
     last = last.substr(dot + 1);
     toml::node* next = entry(*at, key);
     if (next == nullptr) {
-      next = added_table(*at, key);
+      if (!removes) next = added_table(*at, key);
       if (next == nullptr) {
         bad(fmt::format("{} has no '{}'", file, key),
             "a table can be added to a table or behind the last of "
@@ -172,6 +174,11 @@ void apply_override(toml::table& document, const std::string& setting, const std
   toml::table* table = at->as_table();
   if (table == nullptr || last.empty()) {
     bad(fmt::format("'{}' is not inside a table of {}", path, file), "", "Look at the case file");
+  }
+  if (removes) {
+    if (table->erase(last) == 0)
+      bad(fmt::format("{} has no '{}'", file, path), "it is to be removed", "Look at the case file");
+    return;
   }
   table->insert_or_assign(last, std::move(*parsed.get("value")));
   mark(*table->get(last), setting, overridden);
@@ -230,6 +237,12 @@ double as_number(const Section& section, const std::string& key, const toml::nod
                  "Give a finite value");
   }
   return *value;
+}
+
+std::string toml_text(const toml::node& node) {
+  std::ostringstream text;
+  node.visit([&text](const auto& value) { text << value; });
+  return text.str();
 }
 
 const toml::array& as_array(const Section& section, const std::string& key, const toml::node& node) {
@@ -404,9 +417,16 @@ std::optional<std::string> Section::shown(const std::string& path) const {
     start = dot + 1;
   }
   if (at == nullptr) return std::nullopt;
-  std::ostringstream text;
-  at->visit([&text](const auto& value) { text << value; });
-  return text.str();
+  return toml_text(*at);
+}
+
+std::string Section::shown_value(const std::string& key) const { return toml_text(need(*this, *node_, key)); }
+
+std::vector<std::string> Section::shown_values(const std::string& key) const {
+  std::vector<std::string> all;
+  for (const toml::node& item : as_array(*this, key, need(*this, *node_, key)))
+    all.push_back(toml_text(item));
+  return all;
 }
 
 std::vector<InputError> Section::unknown_keys() const {

@@ -57,6 +57,9 @@ class Section {
   /// The value at a dotted path below this table as TOML text, `[[name]]` entries as `name.0`; nothing when
   /// there is none.
   std::optional<std::string> shown(const std::string& path) const;
+  /// The value of a key of this table as TOML text, and of an array's entries.
+  std::string shown_value(const std::string& key) const;
+  std::vector<std::string> shown_values(const std::string& key) const;
 
   /// One error per key, here or in any table below, that nothing has read.
   std::vector<InputError> unknown_keys() const;
@@ -77,7 +80,7 @@ class Section {
 /// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare
 /// word is taken as text). `[[name]]` entries are addressed as `name.0`; the number after the last adds one.
 /// An override of a key or table that the document lacks adds it, and a reader that does not know it will
-/// object. Throws InputError.
+/// object. One without value, `key=`, removes the key or table. Throws InputError.
 Section parse_document(const std::string& text, const std::string& file,
                        const std::vector<std::string>& overrides = {});
 

@@ -234,6 +234,20 @@ std::string Hdf5File::attribute(const std::string& path, const std::string& name
   });
 }
 
+std::int64_t Hdf5File::integer(const std::string& path, const std::string& name) const {
+  return reading(name_, fmt::format("attribute '{}' of {}", name, path), [&] {
+    const Handle object(H5Oopen(file_, path.c_str(), H5P_DEFAULT), H5Oclose, path);
+    const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, name);
+    const Handle space(H5Aget_space(attribute), H5Sclose, name);
+    const Handle stored(H5Aget_type(attribute), H5Tclose, name);
+    require_type(stored, H5T_INTEGER);
+    if (size_of(space) != 1) throw std::runtime_error("not one integer");
+    std::int64_t value = 0;
+    check(H5Aread(attribute, H5T_NATIVE_INT64, &value), name);
+    return value;
+  });
+}
+
 std::vector<std::string> Hdf5File::texts(const std::string& path) const {
   return reading(name_, path, [&] {
     const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose, path);

@@ -47,6 +47,7 @@ class Hdf5File {
   Hdf5File& operator=(const Hdf5File&) = delete;
 
   std::string attribute(const std::string& path, const std::string& name) const;  // a text
+  std::int64_t integer(const std::string& path, const std::string& name) const;   // an attribute
   std::vector<std::string> texts(const std::string& path) const;
   std::vector<double> numbers(const std::string& path) const;
 

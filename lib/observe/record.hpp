@@ -12,6 +12,9 @@ struct Column {
   std::string dimension;  // such as "M L^-1 T^-2"; "1" for a pure number
   std::string meaning;
   std::vector<double> values;
+  std::vector<std::string> texts{};  // of a column of words, which has no values
+
+  std::size_t size() const { return texts.empty() ? values.size() : texts.size(); }
 };
 
 struct Record {

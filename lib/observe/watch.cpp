@@ -22,17 +22,20 @@ fluid::Extremes check(const fluid::Fluid& fluid, const Watch& watch) {
   const fluid::Extremes worst = fluid.extremes();
   if (!std::isfinite(worst.greatest_speed)) {
     throw NumericalFailure(fmt::format("{}: the velocity is {}, not a finite number",
-                                       place(fluid, worst.greatest_speed_node), worst.greatest_speed));
+                                       place(fluid, worst.greatest_speed_node), worst.greatest_speed),
+                           FailureMode::NotFinite);
   }
   if (!(worst.least_density > 0.0)) {
     throw NumericalFailure(fmt::format("{}: the density is {:.6g}, it must stay above 0",
-                                       place(fluid, worst.least_density_node), worst.least_density));
+                                       place(fluid, worst.least_density_node), worst.least_density),
+                           FailureMode::Density);
   }
   const double mach = worst.greatest_speed / std::sqrt(fluid::sound_speed_squared);
   if (mach > watch.mach_limit) {
     throw NumericalFailure(
         fmt::format("{}: the Mach number is {:.6g}, the limit is {:.6g} (watch.mach_limit)",
-                    place(fluid, worst.greatest_speed_node), mach, watch.mach_limit));
+                    place(fluid, worst.greatest_speed_node), mach, watch.mach_limit),
+        FailureMode::Mach);
   }
   return worst;
 }

@@ -28,7 +28,8 @@ Growth dense_growth(const CoupledStep& step) {
   for (Eigen::Index i = 0; i < step.size(); ++i) map.col(i) = step.next(Vector::Unit(step.size(), i));
   if (!map.allFinite()) return {INFINITY, growth_resolution};
   const Eigen::EigenSolver<Eigen::MatrixXd> solver(map, false);
-  if (solver.info() != Eigen::Success) throw NumericalFailure("the growth of the exchange was not found");
+  if (solver.info() != Eigen::Success)
+    throw NumericalFailure("the growth of the exchange was not found", FailureMode::NotConverged);
   return {std::max(1.0, solver.eigenvalues().cwiseAbs().maxCoeff()), growth_resolution};
 }
 
@@ -146,10 +147,12 @@ double critical_node_mass(const fluid::Spec& fluid, const Body& body, const Coup
   CoupledStep step(fluid, body, coupling, memory);
   const Scales scales = scales_of(step);
   if (memory == FluidMemory::Keeps && step.couples_free_coordinates() && scales.answered >= 2.0) {
-    throw NumericalFailure(fmt::format(
-        "no node mass is stable: marker volume times the largest eigenvalue of interpolate and spread "
-        "is {:.4g}, and from 2 on each step turns a slip into a larger one",
-        scales.answered));
+    throw NumericalFailure(
+        fmt::format(
+            "no node mass is stable: marker volume times the largest eigenvalue of interpolate and spread "
+            "is {:.4g}, and from 2 on each step turns a slip into a larger one",
+            scales.answered),
+        FailureMode::Coupling);
   }
   const auto grows_at = [&](double mass) {
     step.set_node_mass(mass);
@@ -167,7 +170,8 @@ double critical_node_mass(const fluid::Spec& fluid, const Body& body, const Coup
       unstable = stable;
       stable *= stride;
       if (++strides > most_strides) {
-        throw NumericalFailure(fmt::format("no node mass up to {:.3g} is stable", stable));
+        throw NumericalFailure(fmt::format("no node mass up to {:.3g} is stable", stable),
+                               FailureMode::Coupling);
       }
     }
   } else {

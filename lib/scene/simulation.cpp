@@ -102,7 +102,7 @@ void Simulation::advance() {
   try {
     transfer_.locate(markers_);
   } catch (const NumericalFailure& failure) {
-    throw NumericalFailure(fmt::format("step {}: {}", fluid_->steps() + 1, failure.what()));
+    throw NumericalFailure(fmt::format("step {}: {}", fluid_->steps() + 1, failure.what()), failure.mode);
   }
   fluid_->velocities(transfer_.nodes(), at_nodes_);
   transfer_.interpolate(at_nodes_, wanted_);

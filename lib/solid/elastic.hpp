@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/work.hpp"
 #include "bond/laws.hpp"
 #include "solid/angle.hpp"
 #include "solid/network.hpp"
@@ -78,10 +79,12 @@ template <bond::BondLaw Law, class AngleTerm>
 [[nodiscard]] bool gradient(const Law& law, const AngleTerm& angle, const Network& network, Workspace& work,
                             Positions& by_node) {
   const auto bonds = static_cast<std::size_t>(work.d.rows());
+  work::add(work::mine().bond_evaluations, bonds);
   work.g.resize(work.d.rows(), 3);
   bond_gradients(law, work.d.data(), bonds, work.g.data());
   bool defined = true;
   if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
+    work::add(work::mine().angle_evaluations, network.angles.size());
     if (work.fans.angle_count != network.angles.size()) work.fans = arrange(network.angles, bonds);
     defined = add_angle_gradients(work.fans, work.d.data(), bonds, angle.stiffness, work.g.data());
   }

@@ -23,9 +23,10 @@ constexpr double zero_mode = 1e-12;
   const Eigen::Index zero = small > 0.0 ? eigenvalues_below(h, small) - negative : h.rows();
   const std::string where = fmt::format("at Newton step {} over {} free coordinates", newton_step, h.rows());
   if (negative > 0) {
-    throw NumericalFailure(fmt::format("unstable: {} negative, {} zero modes ({})", negative, zero, where));
+    throw NumericalFailure(fmt::format("unstable: {} negative, {} zero modes ({})", negative, zero, where),
+                           FailureMode::Equilibrium);
   }
-  throw NumericalFailure(fmt::format("mechanism: {} zero modes ({})", zero, where));
+  throw NumericalFailure(fmt::format("mechanism: {} zero modes ({})", zero, where), FailureMode::Equilibrium);
 }
 
 }  // namespace
@@ -34,7 +35,8 @@ Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
   Sparse shifted = h;
   for (Eigen::Index i = 0; i < h.rows(); ++i) shifted.coeffRef(i, i) -= shift;
   const Cholesky factor(shifted);
-  if (factor.info() != Eigen::Success) throw NumericalFailure("singular: its zero modes cannot be counted");
+  if (factor.info() != Eigen::Success)
+    throw NumericalFailure("singular: its zero modes cannot be counted", FailureMode::Equilibrium);
   return (factor.vectorD().array() < 0.0).count();
 }
 
@@ -74,7 +76,8 @@ void factorize_stable(Cholesky& factor, const Sparse& h, int newton_step) {
   factor.factorize(h);
   const double norm = infinity_norm(h);
   if (!std::isfinite(norm)) {
-    throw NumericalFailure(fmt::format("stiffnesses leave double precision at Newton step {}", newton_step));
+    throw NumericalFailure(fmt::format("stiffnesses leave double precision at Newton step {}", newton_step),
+                           FailureMode::NotFinite);
   }
   // A small pivot by itself is no proof of a zero mode (long chains have them), so the count decides.
   const bool suspicious =

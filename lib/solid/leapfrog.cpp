@@ -57,7 +57,8 @@ void Leapfrog::divide() {
   if (!(wanted <= most_substeps)) {
     throw NumericalFailure(
         fmt::format("step {}: the body is so stiff that a step needs {} sub-steps, more than {}", steps_ + 1,
-                    wanted, most_substeps));
+                    wanted, most_substeps),
+        FailureMode::TimeStep);
   }
   count_ = std::max(1, static_cast<int>(wanted));
 }
@@ -160,7 +161,8 @@ double Leapfrog::potential_energy() const {
 Vec3 Leapfrog::momentum() const { return conditions_.node_mass * v_.colwise().sum().transpose(); }
 
 void Leapfrog::fail(const std::string& when, const Positions& u) const {
-  throw NumericalFailure(fmt::format("{}: {}", when, what_is_undefined(material_, network_, u)));
+  throw NumericalFailure(fmt::format("{}: {}", when, what_is_undefined(material_, network_, u)),
+                         FailureMode::Bond);
 }
 
 }  // namespace veriflex::solid

@@ -31,7 +31,8 @@ double frequency(double eigenvalue, double node_mass) {
 }
 
 [[noreturn]] void fail_to_converge(const char* what) {
-  throw NumericalFailure(fmt::format("{} not found after {} Lanczos restarts", what, lanczos_restarts));
+  throw NumericalFailure(fmt::format("{} not found after {} Lanczos restarts", what, lanczos_restarts),
+                         FailureMode::NotConverged);
 }
 
 /// Assembly holds every entry twice, once per contribution and once kept.
@@ -54,10 +55,11 @@ Sparse free_hessian(const Material& material, const Network& network, const Posi
     Workspace work;
     Positions unused;
     if (!deform(law, network, u, work) || !gradient(law, angle, network, work, unused)) {
-      throw NumericalFailure("no Hessian: " + what_is_undefined(material, network, u));
+      throw NumericalFailure("no Hessian: " + what_is_undefined(material, network, u), FailureMode::Bond);
     }
     const Sparse h = Freedom(held).restrict(hessian(law, angle, network, work));
-    if (!std::isfinite(infinity_norm(h))) throw NumericalFailure("the Hessian leaves double precision");
+    if (!std::isfinite(infinity_norm(h)))
+      throw NumericalFailure("the Hessian leaves double precision", FailureMode::NotFinite);
     return h;
   });
 }

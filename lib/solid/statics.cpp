@@ -79,7 +79,8 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
   State now;
   State next;
   if (!evaluate(start, now)) {
-    throw NumericalFailure("start of a static solution: " + what_is_undefined(material, network, start));
+    throw NumericalFailure("start of a static solution: " + what_is_undefined(material, network, start),
+                           FailureMode::Bond);
   }
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
@@ -89,8 +90,10 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
     const double stiffest = infinity_norm(h);
     const double force = worse(force_scale(law, now.work), largest_magnitude(load));
     if (!std::isfinite(force) || !std::isfinite(stiffest)) {
-      throw NumericalFailure(fmt::format(
-          "static solution at Newton step {}: forces or stiffnesses leave double precision", iteration));
+      throw NumericalFailure(
+          fmt::format("static solution at Newton step {}: forces or stiffnesses leave double precision",
+                      iteration),
+          FailureMode::NotFinite);
     }
     if (freedom.count > 0) {
       if (iteration == 0) factor.analyzePattern(h);
@@ -116,7 +119,8 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
       if (scale < 1e-12) {
         throw NumericalFailure(
             fmt::format("static solution stuck at Newton step {} (out-of-balance force {} of the largest)",
-                        iteration, largest_magnitude(now.g) / force));
+                        iteration, largest_magnitude(now.g) / force),
+            FailureMode::NotConverged);
       }
       const Positions move = freedom.scatter(step, scale);
       if (!keeps_clear(law, network, now.work, move) || !evaluate(now.u + move, next)) continue;
@@ -128,7 +132,8 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
       }
     }
   }
-  throw NumericalFailure(fmt::format("no static equilibrium after {} Newton steps", most_iterations));
+  throw NumericalFailure(fmt::format("no static equilibrium after {} Newton steps", most_iterations),
+                         FailureMode::NotConverged);
 }
 
 }  // namespace
@@ -148,7 +153,8 @@ void refuse_turned_bonds(const Network& network, const Positions& u) {
     if (now.dot(at_rest) > 0.0) continue;
     throw NumericalFailure(
         fmt::format("the bond of nodes {} and {} has turned round: the body has passed through itself",
-                    network.id_of(bond.first), network.id_of(bond.second)));
+                    network.id_of(bond.first), network.id_of(bond.second)),
+        FailureMode::Bond);
   }
 }
 

@@ -58,12 +58,13 @@ double largest_eigenvalue(Product& product, double tolerance, const char* what) 
   } catch (const NumericalFailure&) {
     throw;
   } catch (const std::exception& failure) {  // Spectra's own, of numbers that are none
-    throw NumericalFailure(fmt::format("{} not found: {}", what, failure.what()));
+    throw NumericalFailure(fmt::format("{} not found: {}", what, failure.what()), FailureMode::NotConverged);
   }
   if (solver.info() != Spectra::CompInfo::Successful ||
       !is_eigenpair(product, solver.eigenvalues()[0], solver.eigenvectors().col(0),
                     100.0 * tolerance * std::abs(solver.eigenvalues()[0]))) {
-    throw NumericalFailure(fmt::format("{} not found after {} Lanczos restarts", what, lanczos_restarts));
+    throw NumericalFailure(fmt::format("{} not found after {} Lanczos restarts", what, lanczos_restarts),
+                           FailureMode::NotConverged);
   }
   return solver.eigenvalues()[0];
 }

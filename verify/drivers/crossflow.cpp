@@ -117,9 +117,11 @@ void march_to_rest(const Crossflow& study, scene::Simulation& simulation, Progre
                   static_cast<std::size_t>(study.step_limit));
     if (change <= study.steady_change) return;
     if (simulation.fluid().steps() + between_looks > study.step_limit) {
-      throw NumericalFailure(fmt::format(
-          "step {}: the tip still moves by {:.3g} of its deflection a step, at rest means at most {:.3g}",
-          simulation.fluid().steps(), change, study.steady_change));
+      throw NumericalFailure(
+          fmt::format(
+              "step {}: the tip still moves by {:.3g} of its deflection a step, at rest means at most {:.3g}",
+              simulation.fluid().steps(), change, study.steady_change),
+          FailureMode::NotConverged);
     }
     before = now;
   }

@@ -58,7 +58,7 @@ StrokeResult run_guarded(const Stroke& stroke, const std::string& name, const st
   try {
     return run_stroke(stroke, name, progress);
   } catch (const StrokeFailure& failure) {
-    throw observe::Interrupted(NumericalFailure(fmt::format("{}: {}", name, failure.what())),
+    throw observe::Interrupted(NumericalFailure(fmt::format("{}: {}", name, failure.what()), failure.mode),
                                until(failure.seen, history, name));
   }
 }

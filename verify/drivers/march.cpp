@@ -50,7 +50,8 @@ void march_to_steady(fluid::Fluid& fluid, std::span<const std::int64_t> nodes, c
       throw NumericalFailure(
           fmt::format("step {}: the velocity still changes by {:.3g} of its largest value a step, steady "
                       "means at most {:.3g}",
-                      fluid.steps(), change, steady.change));
+                      fluid.steps(), change, steady.change),
+          FailureMode::NotConverged);
     }
     march(between_looks, lookout);
     Positions now = velocities_of(fluid, nodes);

@@ -71,7 +71,8 @@ void add_stress_strain(const TensileStudy& study, Progress& progress, Observatio
                       : solid::pull_with_stress(study.law, study.block, study.lateral_held, study.points[i]);
     } catch (const NumericalFailure& failure) {
       throw NumericalFailure(
-          fmt::format("at {} {}: {}", displaced ? "strain" : "stress", study.points[i], failure.what()));
+          fmt::format("at {} {}: {}", displaced ? "strain" : "stress", study.points[i], failure.what()),
+          failure.mode);
     }
   };
   for_all(states.size(), "curve", progress, pull, [&](std::size_t i) {

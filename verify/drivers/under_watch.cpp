@@ -21,7 +21,7 @@ void under_watch(const fluid::Fluid& fluid, const observe::Watch& watch, const s
     });
     look();
   } catch (const NumericalFailure& failure) {
-    throw observe::Interrupted(NumericalFailure(fmt::format("{}: {}", name, failure.what())),
+    throw observe::Interrupted(NumericalFailure(fmt::format("{}: {}", name, failure.what()), failure.mode),
                                std::move(good));
   }
 }

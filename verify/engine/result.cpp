@@ -122,12 +122,18 @@ void write_observations(io::Hdf5Image& file, const observe::Observations& seen) 
     const std::string group = "/records/" + record.name;
     {
       // A run may break off in the middle of a row.
-      std::size_t rows = record.columns.empty() ? 0 : record.columns.front().values.size();
-      for (const observe::Column& column : record.columns) rows = std::min(rows, column.values.size());
+      std::size_t rows = record.columns.empty() ? 0 : record.columns.front().size();
+      for (const observe::Column& column : record.columns) rows = std::min(rows, column.size());
+      const auto first = [rows](const auto& all) {
+        return std::decay_t<decltype(all)>(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(rows));
+      };
       Table table(file, group);
       for (const observe::Column& column : record.columns) {
-        const auto begin = column.values.begin();
-        table.column(column.name, std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(rows)));
+        if (column.texts.empty()) {
+          table.column(column.name, first(column.values));
+        } else {
+          table.column(column.name, first(column.texts));
+        }
       }
     }
     file.attribute(group, "title", record.title);

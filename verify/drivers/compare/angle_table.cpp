@@ -42,7 +42,8 @@ void compare_angle(double stiffness, bool straight, const Table& table, Observat
     try {
       energy.push_back(evaluate({slack, stiffness}, network, Positions::Zero(3, 3), gradient));
     } catch (const NumericalFailure& failure) {
-      if (!table.clamped(row)) throw NumericalFailure(fmt::format("row {}: {}", i + 1, failure.what()));
+      if (!table.clamped(row))
+        throw NumericalFailure(fmt::format("row {}: {}", i + 1, failure.what()), failure.mode);
       energy.push_back(unanswered);
       gradient.setConstant(unanswered);
     }

@@ -1,0 +1,32 @@
+/// How much the hot loops have done: what a run cost in units that no machine changes.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+
+namespace veriflex::work {
+
+/// Of this process so far, of all its threads.
+struct Counts {
+  std::uint64_t node_updates = 0;       // one lattice node collided and streamed once
+  std::uint64_t bond_evaluations = 0;   // the gradient of one bond
+  std::uint64_t angle_evaluations = 0;  // of one angle
+};
+Counts done();
+
+/// What one thread has done. Only that thread writes, so that counting costs no more than an addition.
+struct alignas(64) Tally {
+  std::atomic<std::uint64_t> node_updates{0}, bond_evaluations{0}, angle_evaluations{0};
+};
+Tally& new_tally();
+
+inline Tally& mine() {
+  thread_local Tally& tally = new_tally();
+  return tally;
+}
+
+inline void add(std::atomic<std::uint64_t>& to, std::uint64_t count) {
+  to.store(to.load(std::memory_order_relaxed) + count, std::memory_order_relaxed);
+}
+
+}  // namespace veriflex::work
