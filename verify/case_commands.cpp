@@ -2,16 +2,14 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <omp.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
-#include <cmath>
 #include <cstdio>
-#include <map>
+#include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -19,12 +17,9 @@
 #include "base/say.hpp"
 #include "base/stop.hpp"
 #include "claims_command.hpp"
-#include "drivers/drivers.hpp"
-#include "engine/baseline.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
-#include "repository.hpp"
-#include "threads.hpp"
+#include "run_cases.hpp"
 
 namespace veriflex {
 
@@ -35,29 +30,6 @@ namespace {
 using Json = nlohmann::ordered_json;
 using engine::Case;
 using engine::CaseHead;
-using engine::Result;
-using engine::Verdict;
-
-// Bytes that are no UTF-8, as file names may hold, are replaced.
-void print_json(const Json& json) { say("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace)); }
-
-struct Options {
-  std::vector<std::string> cases;
-  std::vector<std::string> overrides;
-  std::string case_folder = repository::cases().string();
-  std::string tier;
-  std::string topic;
-  std::string out = "results";
-  std::string report;
-  int threads = 0;
-  bool json = false;
-};
-
-Case read(const fs::path& path, const Options& options) {
-  Case c = engine::read_case(path, options.overrides, drivers::all(), repository::references());
-  engine::compare_with_baseline(c, repository::cases(), repository::references());
-  return c;
-}
 
 std::vector<CaseHead> chosen(const Options& options) {
   std::vector<CaseHead> heads = engine::find_cases(options.case_folder);
@@ -96,7 +68,7 @@ void list_command(const Options& options) {
 void plan_command(const Options& options) {
   Json all = Json::array();
   for (const std::string& name : options.cases) {
-    const Case c = read(engine::case_named(name, options.case_folder), options);
+    const Case c = read_case(engine::case_named(name, options.case_folder), options);
     Json built = Json::array();
     Json left_out = Json::array();
     if (!options.json) say("{}: {}\n", c.id, c.title);
@@ -111,216 +83,6 @@ void plan_command(const Options& options) {
     all.push_back({{"id", c.id}, {"built", built}, {"left_out", left_out}, {"measures", c.study.measures}});
   }
   if (options.json) print_json(all);
-}
-
-Json result_json(const Result& r, const std::string& stored) {
-  Json checks = Json::array();
-  for (std::size_t i = 0; i < r.outcomes.size(); ++i) {
-    const engine::Outcome& o = r.outcomes[i];
-    const engine::Check& check = r.c.checks[i];
-    checks.push_back({{"metric", o.measure},
-                      {"question", check.question == engine::Question::claim ? "claim" : "code"},
-                      {"statement", check.statement},
-                      {"measured", o.measured},
-                      {"target", o.target},
-                      {"holds", o.outside ? "outside" : "within"},
-                      {"tolerance", o.tolerance},
-                      {"margin", o.margin},
-                      {"verdict", to_string(o.verdict)}});
-  }
-  Json metrics = Json::array();
-  for (const observe::Metric& m : r.seen.metrics) {
-    metrics.push_back(
-        {{"name", m.name}, {"value", m.value}, {"dimension", m.dimension}, {"meaning", m.meaning}});
-  }
-  Json json{{"id", r.c.name()},           {"case_id", r.c.id},
-            {"overrides", r.c.overrides}, {"verdict", to_string(r.verdict)},
-            {"findings", r.findings()},   {"wall_seconds", r.cost.wall_seconds()},
-            {"checks", checks},           {"metrics", metrics},
-            {"warnings", r.warnings},     {"result", stored.empty() ? Json(nullptr) : Json(stored)}};
-  if (r.verdict == Verdict::error) json["error"] = {{"kind", r.error_kind}, {"message", r.error_message}};
-  return json;
-}
-
-void print_table(const Result& r) {
-  std::size_t width = 6;
-  for (const engine::Outcome& o : r.outcomes) width = std::max(width, o.measure.size());
-  for (const observe::Metric& m : r.seen.metrics) {
-    if (r.outcomes.empty()) width = std::max(width, m.name.size());
-  }
-  if (!r.outcomes.empty()) {
-    say("        {:<{}}  {:>24}  {:>24}  {:>9}  {}\n", "metric", width, "measured", "target", "margin",
-        "verdict");
-  }
-  for (std::size_t i = 0; i < r.outcomes.size(); ++i) {
-    const engine::Outcome& o = r.outcomes[i];
-    const std::string target = o.outside ? fmt::format("beyond {:.10g} +- {:.3g}", o.target, o.tolerance)
-                                         : fmt::format("{:.17g}", o.target);
-    say("        {:<{}}  {:>24.17g}  {:>24}  {:>9.2g}  {}\n", o.measure, width, o.measured, target, o.margin,
-        to_string(o.verdict));
-  }
-  if (!r.outcomes.empty()) return;
-  for (const observe::Metric& m : r.seen.metrics) {
-    say("        {:<{}}  {:>24.17g}  [{}] {}\n", m.name, width, m.value, m.dimension, m.meaning);
-  }
-}
-
-// What the measured number had to be.
-std::string wanted(const engine::Outcome& o) {
-  if (o.outside) return fmt::format("must lie beyond {:.17g} +- {:.3g}", o.target, o.tolerance);
-  return fmt::format("target {:.17g}, tolerance {:.3g}", o.target, o.tolerance);
-}
-
-// The verdict in one line, what is wrong or found, and for `run` the numbers.
-void print_result(const Result& r, const std::string& stored, bool with_table) {
-  say("{:<8} {:<32} {:>2} checks, worst margin {:<9.3g} {:.2f} s\n", to_string(r.verdict), r.c.name(),
-      r.outcomes.size(), r.worst_margin(), r.cost.wall_seconds());
-  if (!r.c.overrides.empty()) {
-    say("        changed: {} --set {}\n", r.c.id, fmt::join(r.c.overrides, " --set "));
-  }
-  if (with_table) print_table(r);
-  for (std::size_t i = 0; i < r.outcomes.size(); ++i) {
-    const engine::Outcome& o = r.outcomes[i];
-    const engine::Check& check = r.c.checks[i];
-    if (o.verdict == Verdict::fail) {
-      say("        {}: {}: {} measured {:.17g}, {}, margin {:.3g}. {}\n", to_string(check.place),
-          to_string(o.verdict), o.measure, o.measured, wanted(o), o.margin, check.statement);
-    } else if (o.verdict == Verdict::finding) {
-      say("        finding: {} (measured {:.10g}, {})\n", check.statement, o.measured, wanted(o));
-    }
-  }
-  if (r.verdict == Verdict::error) say("        {}\n", r.error_message);
-  if (with_table && !stored.empty()) say("        result {}\n", stored);
-}
-
-int exit_code_of(const Result& r) {
-  if (r.verdict == Verdict::fail) return exit_code::check_failed;
-  return r.verdict == Verdict::error ? exit_code::of_error(r.error_kind) : exit_code::success;
-}
-
-// One case of a command.
-struct Asked {
-  std::string name;  // as it was given
-  fs::path path;     // empty: there is no such case
-  std::string problem;
-};
-
-// Finds the cases. Throws InputError when two of them would write the same result.
-std::vector<Asked> asked_for(const std::vector<std::string>& names, const Options& options) {
-  std::vector<Asked> all;
-  std::map<std::string, std::string> by_id;
-  for (const std::string& name : names) {
-    Asked& asked = all.emplace_back(Asked{name, {}, {}});
-    try {
-      asked.path = engine::case_named(name, options.case_folder);
-    } catch (const InputError& error) {
-      asked.problem = error.what();
-      continue;
-    }
-    const auto [earlier, first] = by_id.emplace(asked.path.stem().string(), name);
-    if (!first) {
-      throw InputError(
-          {},
-          fmt::format("case '{}' stands here twice: as {} and as {}", earlier->first, earlier->second, name),
-          "they would write the same result", "Give each id once, or run them with two --out");
-    }
-  }
-  return all;
-}
-
-// Runs and stores the cases of one command.
-class Runs {
- public:
-  explicit Runs(const Options& options) : options_(options), threads_(usable_threads(options.threads)) {
-    omp_set_num_threads(threads_);
-  }
-
-  // What becomes of a case is stored in any case, before anything is said about it: while it runs, its place
-  // is held by a result that says so, so that no earlier verdict outlives a run that is killed.
-  Result run(const Asked& asked) {
-    stored_.clear();
-    if (asked.path.empty()) return not_run(asked, {"input", asked.problem});
-    if (stop::signal != 0) {
-      Result result = not_run(asked, {"interrupted", fmt::format("not run: {}", stop::reason())});
-      store(result);
-      return result;
-    }
-    std::error_code unknown;
-    const bool is_file = fs::is_regular_file(asked.path, unknown);
-    Result result = not_run(
-        asked,
-        {"interrupted", fmt::format("its run began at {} and has not come to its end: it was killed, or is "
-                                    "running still",
-                                    engine::provenance(1).date)});
-    std::optional<Case> c;
-    try {
-      c = read(asked.path, options_);
-      if (!store(result)) return result;
-    } catch (...) {
-      result.fail(engine::current_failure());
-      if (is_file) store(result);
-      return result;
-    }
-    result = engine::run_case(*c, threads_);
-    store(result);
-    return result;
-  }
-
-  // Of the last case; empty if it could not be stored.
-  const std::string& stored() const { return stored_; }
-
- private:
-  Result not_run(const Asked& asked, const engine::Failure& failure) const {
-    return engine::not_run(asked.path.empty() ? fs::path(asked.name) : asked.path, options_.overrides,
-                           failure, threads_);
-  }
-
-  // Whether the result could be written; if not it becomes the error that says why.
-  bool store(Result& result) {
-    for (const bool whole : {true, false}) {
-      try {
-        engine::write_result(result, options_.out);
-        stored_ = engine::result_path(result.c, options_.out).string();
-        return whole;
-      } catch (...) {
-        // What a file cannot hold, or memory for it was lacking: then the reason alone.
-        engine::Failure why = engine::current_failure();
-        if (why.kind != "output") why.message = "the result could not be stored: " + why.message;
-        result = engine::not_run(result.c.path, result.c.overrides, why, threads_);
-        if (why.kind == "output") break;
-      }
-    }
-    stored_.clear();
-    return false;
-  }
-
-  const Options& options_;
-  int threads_;
-  std::string stored_;
-};
-
-int run_all(const std::vector<std::string>& names, const Options& options, bool with_tables) {
-  const std::vector<Asked> cases = asked_for(names, options);
-  int code = exit_code::success;
-  Json all = Json::array();
-  Runs runs(options);
-  const stop::Handlers handlers;
-  for (const Asked& asked : cases) {
-    const Result result = runs.run(asked);
-    code = exit_code::first_of(code, exit_code_of(result));
-    if (result.verdict == Verdict::error) {
-      const bool has_place = result.error_kind == "input" || result.error_kind == "output";
-      complain("{}{}", has_place ? "" : result.c.path.string() + ": ", result.error_message);
-    }
-    if (options.json) {
-      all.push_back(result_json(result, runs.stored()));
-    } else {
-      print_result(result, runs.stored(), with_tables);
-      std::fflush(stdout);
-    }
-  }
-  if (options.json) print_json(all);
-  return code;
 }
 
 // A file in memory, which a child process reads as /dev/fd/<number>.
@@ -390,7 +152,7 @@ int verify_command(const Options& options) {
     throw InputError({options.case_folder}, fmt::format("holds no case of tier '{}'", options.tier),
                      "nothing to verify", "See veriflex list");
   }
-  const int code = run_all(names, options, false);
+  const int code = run_cases(names, options, false);
   if (options.json) return code;  // standard output is the JSON document
   if (stop::signal != 0) {
     complain("{}: no report is drawn", stop::reason());
@@ -446,7 +208,7 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   add_run_options(*run, *options);
   add_case_folder(*run, *options);
   run->footer("Example: veriflex run path/to/mine.toml --set bond.depth=2.0 --out results");
-  run->callback([options, &exit_code] { exit_code = run_all(options->cases, *options, true); });
+  run->callback([options, &exit_code] { exit_code = run_cases(options->cases, *options, true); });
 
   CLI::App* verify = app.add_subcommand("verify", "run every case of a tier and write the report");
   verify->add_option("--tier", options->tier, "quick, full or paper")

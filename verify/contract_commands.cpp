@@ -8,12 +8,13 @@
 
 #include "base/say.hpp"
 #include "base/stop.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/baseline.hpp"
 #include "engine/validate.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
 #include "repository.hpp"
+#include "run_cases.hpp"
+#include "studies/studies.hpp"
 #include "threads.hpp"
 
 namespace veriflex {
@@ -29,8 +30,9 @@ using engine::Verdict;
 
 // Without the checks against its baseline.
 Case read(const std::string& name) {
-  return engine::read_case(engine::case_named(name, repository::cases()), {}, drivers::all(),
-                           repository::references());
+  Options options;
+  options.threads = usable_threads(0);
+  return read_without_baseline(engine::case_named(name, repository::cases()), options);
 }
 
 std::string shell_word(const std::string& word) {
@@ -46,7 +48,8 @@ std::string shell_word(const std::string& word) {
 int validate_command(const std::vector<std::string>& names) {
   std::vector<std::string> problems;
   if (names.empty()) {
-    problems = engine::problems_of_repository(repository::cases(), repository::references(), drivers::all());
+    problems =
+        engine::problems_of_repository(repository::cases(), repository::references(), studies::readers());
   } else {
     std::vector<fs::path> paths;
     for (const std::string& name : names) {
@@ -57,7 +60,7 @@ int validate_command(const std::vector<std::string>& names) {
       }
     }
     for (std::string& one :
-         engine::problems_of(paths, repository::cases(), repository::references(), drivers::all())) {
+         engine::problems_of(paths, repository::cases(), repository::references(), studies::readers())) {
       problems.push_back(std::move(one));
     }
   }

@@ -19,6 +19,7 @@
 #include "exit_code.hpp"
 #include "law_commands.hpp"
 #include "revision.hpp"
+#include "study_commands.hpp"
 
 namespace exit_code = veriflex::exit_code;
 
@@ -69,6 +70,7 @@ int run(int argc, char** argv) {
       "Example: veriflex verify --tier quick");
   int code = exit_code::success;
   veriflex::add_case_commands(app, code);
+  veriflex::add_study_commands(app, code);
   veriflex::add_claims_command(app, code);
   veriflex::add_contract_commands(app, code);
   veriflex::add_derive_command(app);

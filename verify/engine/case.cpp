@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "engine/asked.hpp"
 #include "engine/ledger.hpp"
 #include "io/file.hpp"
 
@@ -169,7 +170,7 @@ Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
     check.curve = Curve{curve.text("record"), curve.text("x"), curve.text("y")};
     check.measure = check.curve->record + "." + check.curve->y;
   } else {
-    check.measure = s.text("metric");
+    check.measure = c.study.of_many_runs ? read_asked(s).name() : s.text("metric");
   }
   const std::vector<std::string>& known = c.study.measures;
   if (std::find(known.begin(), known.end(), check.measure) == known.end()) {
@@ -242,7 +243,9 @@ CaseHead head_of(const io::Section& top, const fs::path& path) {
 
 }  // namespace
 
-std::string Case::name() const {
+std::string Case::name() const { return name_of_variant(id, overrides); }
+
+std::string name_of_variant(const std::string& id, const std::vector<std::string>& overrides) {
   if (overrides.empty()) return id;
   constexpr std::size_t longest = 120;
   std::string said = id;
@@ -270,8 +273,10 @@ const std::vector<std::string>& tiers() {
   return names;
 }
 
-Case read_parts(const io::Section& top, const fs::path& path, const std::vector<Driver>& drivers,
-                const fs::path& reference_folder, std::vector<InputError>& problems) {
+namespace {
+
+void read_into(Case& c, const io::Section& top, const fs::path& path, const Readers& readers,
+               const fs::path& reference_folder, std::vector<InputError>& problems) {
   // Whether `read` came to its end; a table whose reader broke off has no unknown keys.
   const auto attempt = [&problems](const io::Section& section, const auto& read) {
     try {
@@ -283,7 +288,6 @@ Case read_parts(const io::Section& top, const fs::path& path, const std::vector<
       return false;
     }
   };
-  Case c;
   c.path = path;
   attempt(top, [&] {
     CaseHead head = head_of(top, path);
@@ -297,24 +301,37 @@ Case read_parts(const io::Section& top, const fs::path& path, const std::vector<
     c.sources_at = top.place("sources");
   });
   const bool has_study = attempt(top, [&] {
-    const Driver& driver = find_driver(top, drivers);
+    const Driver& driver = find_driver(top, readers.drivers);
     c.driver = driver.name;
     c.study = driver.read(top);
+    if (readers.study) c.study = readers.study(top, c, std::move(c.study));
   });
   if (top.has("assumed")) attempt(top, [&] { c.assumed = read_assumed(top); });
-  if (!has_study) return c;  // what its checks may ask for is not known
+  if (!has_study) return;  // what its checks may ask for is not known
   attempt(top, [&] {
     Shelf shelf{reference_folder, {}};
     for (const io::Section& check : top.tables("check")) {
-      attempt(check, [&] { c.checks.push_back(read_check(check, c, shelf)); });
+      if (readers.with_checks) {
+        attempt(check, [&] { c.checks.push_back(read_check(check, c, shelf)); });
+      } else {
+        check.abandon();
+      }
     }
   });
   for (const InputError& error : top.unknown_keys()) problems.push_back(error);
+}
+
+}  // namespace
+
+Case read_parts(const io::Section& top, const fs::path& path, const Readers& readers,
+                const fs::path& reference_folder, std::vector<InputError>& problems) {
+  Case c;
+  read_into(c, top, path, readers, reference_folder, problems);
   return c;
 }
 
-Case read_case(const fs::path& path, const std::vector<std::string>& overrides,
-               const std::vector<Driver>& drivers, const fs::path& reference_folder) {
+Case read_case(const fs::path& path, const std::vector<std::string>& overrides, const Readers& readers,
+               const fs::path& reference_folder) {
   if (overrides.size() > io::longest_list) {
     throw InputError({}, fmt::format("{} times --set", overrides.size()),
                      fmt::format("a result file keeps {} of them", io::longest_list),
@@ -322,11 +339,11 @@ Case read_case(const fs::path& path, const std::vector<std::string>& overrides,
   }
   const std::string text = io::read_file(path);
   std::vector<InputError> problems;
-  Case c = read_parts(io::parse_document(text, path.string(), overrides), path, drivers, reference_folder,
-                      problems);
-  if (!problems.empty()) throw problems.front();
+  Case c;
   c.text = text;
   c.overrides = overrides;
+  read_into(c, io::parse_document(text, path.string(), overrides), path, readers, reference_folder, problems);
+  if (!problems.empty()) throw problems.front();
   return c;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -77,16 +78,29 @@ struct Case {
   std::string name() const;
 };
 
+/// What the result of a case is called that was changed by these settings; see Case::name().
+std::string name_of_variant(const std::string& id, const std::vector<std::string>& overrides);
+
 const std::vector<std::string>& tiers();
+
+/// Makes one run of a case a study of many, if the case has a table of one: [sweep], [boundary], [ablate].
+using StudyReader = std::function<Study(const io::Section& top, const Case& c, Study measure)>;
+
+/// What reads a case.
+struct Readers {
+  std::vector<Driver> drivers;
+  StudyReader study{};
+  bool with_checks = true;  // without: one run is measured, nothing is judged
+};
 
 /// Reads a case and the references it names (beside it, or in `reference_folder`, which also holds the ledger
 /// of claims). Throws InputError, the first of what read_parts() finds.
 Case read_case(const std::filesystem::path& path, const std::vector<std::string>& overrides,
-               const std::vector<Driver>& drivers, const std::filesystem::path& reference_folder);
+               const Readers& readers, const std::filesystem::path& reference_folder);
 
 /// What can be read of the case in `top`, which stands at `path`; what cannot is added to `problems`: per
 /// table of the case the first problem in it, and every key that nobody knows.
-Case read_parts(const io::Section& top, const std::filesystem::path& path, const std::vector<Driver>& drivers,
+Case read_parts(const io::Section& top, const std::filesystem::path& path, const Readers& readers,
                 const std::filesystem::path& reference_folder, std::vector<InputError>& problems);
 
 /// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is

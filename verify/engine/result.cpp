@@ -3,6 +3,7 @@
 #include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/resource.h>
 #include <sys/utsname.h>
 
 #include <algorithm>
@@ -81,6 +82,7 @@ void write_head(io::Hdf5Image& file, const Result& r) {
   file.attribute("/", "topics", r.c.topics);
   file.attribute("/", "sources", r.c.sources);
   file.attribute("/", "verdict", to_string(r.verdict));
+  file.attribute("/", "outcome", r.outcome());
   file.attribute("/", "findings", std::int64_t{r.findings()});
   std::vector<std::string> warnings = r.warnings;
   if (warnings.size() > io::longest_list) {
@@ -197,6 +199,7 @@ void write_circumstances(io::Hdf5Image& file, const Result& r) {
   const Provenance& p = r.provenance;
   for (const auto& [name, value] : {std::pair{"version", &p.version},
                                     {"revision", &p.revision},
+                                    {"program", &program()},
                                     {"compiler", &p.compiler},
                                     {"flags", &p.flags},
                                     {"build_type", &p.build_type},
@@ -206,6 +209,15 @@ void write_circumstances(io::Hdf5Image& file, const Result& r) {
     file.attribute("/provenance", name, *value);
   }
   file.attribute("/provenance", "threads", std::int64_t{p.threads});
+  file.group("/work");
+  for (const auto& [name, count] : {std::pair{"node_updates", r.work.node_updates},
+                                    {"bond_evaluations", r.work.bond_evaluations},
+                                    {"angle_evaluations", r.work.angle_evaluations}}) {
+    file.attribute("/work", name, static_cast<std::int64_t>(count));
+  }
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  file.attribute("/provenance", "peak_memory_bytes", std::int64_t{used.ru_maxrss} * 1024);  // of the program
   Table timing(file, "/timing");
   timing.column("phase", r.cost.phases(), [](const Phase& phase) { return phase.name; });
   timing.column("wall_seconds", r.cost.phases(), [](const Phase& phase) { return phase.wall_seconds; });
@@ -213,6 +225,15 @@ void write_circumstances(io::Hdf5Image& file, const Result& r) {
 }
 
 }  // namespace
+
+const std::string& program() {
+  static const std::string name = [] {
+    const std::string revision = build::revision;
+    const bool says_all = revision.find_first_not_of("0123456789abcdef") == std::string::npos;
+    return says_all ? revision : revision + ' ' + io::sha256(io::read_file("/proc/self/exe"));
+  }();
+  return name;
+}
 
 Provenance provenance(int threads) {
   utsname system{};
@@ -264,7 +285,8 @@ Failure current_failure() {
   try {
     throw;
   } catch (const NumericalFailure& failure) {
-    return {stop::was_thrown() ? "interrupted" : "numerical", failure.what()};
+    if (stop::was_thrown()) return {"interrupted", failure.what()};
+    return {"numerical", failure.what(), to_string(failure.mode)};
   } catch (const InputError& error) {
     return {"input", error.what()};
   } catch (const BadParameter& bad) {
@@ -285,11 +307,18 @@ Failure current_failure() {
   }
 }
 
+std::string Result::outcome() const {
+  if (verdict != Verdict::error) return "completed";
+  if (error_kind == "input") return "refused";
+  return error_kind == "numerical" ? error_mode : error_kind;
+}
+
 void Result::fail(const Failure& failure) {
   outcomes.clear();
   verdict = Verdict::error;
   error_kind = failure.kind;
   error_message = failure.message;
+  error_mode = failure.mode;
 }
 
 Result run_case(const Case& c, int threads) {
@@ -300,10 +329,12 @@ Result run_case(const Case& c, int threads) {
                 .verdict = Verdict::error,
                 .error_kind = {},
                 .error_message = {},
+                .error_mode = {},
                 .warnings = {},
                 .cost = {}};
   Progress progress(c.id);
   stop::forget();
+  const work::Counts before = work::done();
   try {
     c.study.run(result.seen, progress, result.cost);
     if (stop::was_thrown()) {
@@ -325,6 +356,9 @@ Result run_case(const Case& c, int threads) {
   }
   result.warnings = progress.warnings();
   result.cost.finish("judge");
+  const work::Counts after = work::done();
+  result.work = {after.node_updates - before.node_updates, after.bond_evaluations - before.bond_evaluations,
+                 after.angle_evaluations - before.angle_evaluations};
   return result;
 }
 
@@ -341,6 +375,7 @@ Result not_run(const std::filesystem::path& path, const std::vector<std::string>
           .verdict = Verdict::error,
           .error_kind = failure.kind,
           .error_message = failure.message,
+          .error_mode = failure.mode,
           .warnings = {},
           .cost = {}};
 }

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/work.hpp"
 #include "engine/case.hpp"
 #include "engine/verdict.hpp"
 
@@ -15,12 +16,17 @@ struct Provenance {
   int threads;
 };
 
+/// What tells this program from others: its revision, and where that leaves it open (a changed or unknown
+/// source) the checksum of its file.
+const std::string& program();
+
 /// Of this program, here and now.
 Provenance provenance(int threads);
 
 /// Why a case has no answer. Kinds: input, numerical, memory, output, interrupted, internal.
 struct Failure {
   std::string kind, message;
+  std::string mode{};  // of a numerical one: which validity was left
 };
 
 /// The exception that is being handled.
@@ -32,10 +38,14 @@ struct Result {
   observe::Observations seen;
   std::vector<Outcome> outcomes;  // one per check, unless the verdict is error
   Verdict verdict;
-  std::string error_kind, error_message;
+  std::string error_kind, error_message, error_mode;
   std::vector<std::string> warnings;
   Cost cost;
+  work::Counts work{};  // of the run
 
+  /// How the run ended: completed; or refused (by a reader), one of to_string(FailureMode), memory, output,
+  /// interrupted, internal.
+  std::string outcome() const;
   void fail(const Failure& failure);  // verdict error, without outcomes
   int findings() const;
   double worst_margin() const;  // over the checks that passed or failed

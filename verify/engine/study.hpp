@@ -21,6 +21,8 @@ struct Study {
   /// a run leaves what was seen until then. The result depends on nothing but the case: not on threads, time
   /// or machine load. Throws NumericalFailure; an observe::Interrupted brings the last good state along.
   std::function<void(observe::Observations&, Progress&, Cost&)> run;
+  /// Whether it makes many runs of a case: its checks ask for numbers of several rows (engine::Asked).
+  bool of_many_runs = false;
 };
 
 /// A kind of study, by the name that `driver = "..."` gives in a case.

@@ -89,8 +89,7 @@ std::vector<fs::path> documents(const fs::path& folder) {
 }
 
 std::vector<Case> check_cases(const std::vector<fs::path>& paths, const fs::path& case_folder,
-                              const fs::path& reference_folder, const std::vector<Driver>& drivers,
-                              Problems& problems) {
+                              const fs::path& reference_folder, const Readers& readers, Problems& problems) {
   std::vector<std::string> keys;
   problems.attempt([&] { keys = bibliography_keys(reference_folder); });
   std::vector<Case> cases;
@@ -98,7 +97,7 @@ std::vector<Case> check_cases(const std::vector<fs::path>& paths, const fs::path
     problems.attempt([&] {
       std::vector<InputError> found;
       const io::Section top = io::parse_document(io::read_file(path), path.string());
-      cases.push_back(read_parts(top, path, drivers, reference_folder, found));
+      cases.push_back(read_parts(top, path, readers, reference_folder, found));
       for (const InputError& error : found) problems.add(error.what());
       if (found.empty()) compare_with_baseline(cases.back(), case_folder, reference_folder);
       const bool own = fs::weakly_canonical(path).parent_path() == fs::weakly_canonical(case_folder);
@@ -161,17 +160,17 @@ void check_ledger(const std::vector<Case>& cases, const fs::path& reference_fold
 }  // namespace
 
 std::vector<std::string> problems_of(const std::vector<fs::path>& cases, const fs::path& case_folder,
-                                     const fs::path& reference_folder, const std::vector<Driver>& drivers) {
+                                     const fs::path& reference_folder, const Readers& readers) {
   Problems problems;
-  check_cases(cases, case_folder, reference_folder, drivers, problems);
+  check_cases(cases, case_folder, reference_folder, readers, problems);
   return problems.all();
 }
 
 std::vector<std::string> problems_of_repository(const fs::path& case_folder, const fs::path& reference_folder,
-                                                const std::vector<Driver>& drivers) {
+                                                const Readers& readers) {
   Problems problems;
   const std::vector<Case> cases =
-      check_cases(documents(case_folder), case_folder, reference_folder, drivers, problems);
+      check_cases(documents(case_folder), case_folder, reference_folder, readers, problems);
   check_references(cases, reference_folder, problems);
   problems.attempt([&] { check_ledger(cases, reference_folder, problems); });
   return problems.all();

@@ -14,13 +14,12 @@ namespace veriflex::engine {
 /// own.
 std::vector<std::string> problems_of(const std::vector<std::filesystem::path>& cases,
                                      const std::filesystem::path& case_folder,
-                                     const std::filesystem::path& reference_folder,
-                                     const std::vector<Driver>& drivers);
+                                     const std::filesystem::path& reference_folder, const Readers& readers);
 
 /// Everything wrong with all cases and references of a repository: as problems_of(), and references that no
 /// case uses, and where the ledger's `judged_by` and the claims cited by cases disagree.
 std::vector<std::string> problems_of_repository(const std::filesystem::path& case_folder,
                                                 const std::filesystem::path& reference_folder,
-                                                const std::vector<Driver>& drivers);
+                                                const Readers& readers);
 
 }  // namespace veriflex::engine

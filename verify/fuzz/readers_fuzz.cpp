@@ -5,6 +5,7 @@
 #include <string>
 
 #include "drivers/drivers.hpp"
+#include "studies/studies.hpp"
 #include "engine/case.hpp"
 #include "engine/ledger.hpp"
 #include "engine/reference.hpp"
@@ -29,7 +30,7 @@ void read(char reader, const std::string& text) {
   } else {
     std::vector<InputError> problems;
     const io::Section top = io::parse_document(text, "fuzz.toml");
-    engine::read_parts(top, "/nowhere/fuzz.toml", drivers::all(), VERIFLEX_SOURCE_DIR "/reference", problems);
+    engine::read_parts(top, "/nowhere/fuzz.toml", studies::readers(), VERIFLEX_SOURCE_DIR "/reference", problems);
     top.asked();
   }
 }

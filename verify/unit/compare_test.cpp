@@ -6,6 +6,7 @@
 #include "base/progress.hpp"
 #include "catch.hpp"
 #include "drivers/drivers.hpp"
+#include "studies/studies.hpp"
 #include "engine/case.hpp"
 #include "engine/cost.hpp"
 #include "engine/verdict.hpp"
@@ -349,7 +350,7 @@ TEST_CASE("Records of beams, columns and waves can be held against a table of on
     folder.write("case.toml", text);
     const auto verdict_with = [&](const std::string& csv) {
       write_table(folder, "t", csv);
-      const engine::Case c = engine::read_case(folder.path() / "case.toml", {}, drivers::all(),
+      const engine::Case c = engine::read_case(folder.path() / "case.toml", {}, studies::readers(),
                                                VERIFLEX_SOURCE_DIR "/reference");
       Progress progress("test");
       engine::Cost cost;

@@ -7,6 +7,7 @@
 
 #include "catch.hpp"
 #include "drivers/drivers.hpp"
+#include "studies/studies.hpp"
 #include "engine/baseline.hpp"
 #include "engine/ledger.hpp"
 #include "engine/result.hpp"
@@ -81,7 +82,7 @@ Result run_with(const Case& c, int threads) {
 }
 
 Case shipped(const std::string& id) {
-  return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, drivers::all(), references);
+  return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, studies::readers(), references);
 }
 
 std::string named(const std::string& text, const std::string& id) {
@@ -384,7 +385,7 @@ TEST_CASE(
   const Reference first = read_reference(folder.path() / "bad-baseline.toml");
   CHECK(first.kind == "baseline");
   CHECK(first.origin->reason == reason);
-  const Result result = run_with(read_case(folder.path() / "bad.toml", {}, drivers::all(), references), 1);
+  const Result result = run_with(read_case(folder.path() / "bad.toml", {}, studies::readers(), references), 1);
   REQUIRE(first.values.size() == result.seen.metrics.size());
   for (const Change& change : changes(first, result.seen)) {
     REQUIRE((change.earlier && change.now));
@@ -485,7 +486,7 @@ TEST_CASE("validate finds what is wrong between cases, references, ledger and bi
       "dimension = \"1\"\nmeaning = \"x\"\n";
   const auto problems = [&] {
     std::string text;
-    for (const std::string& problem : problems_of_repository(cases, shelf, drivers::all()))
+    for (const std::string& problem : problems_of_repository(cases, shelf, studies::readers()))
       text += problem + "\n";
     return text;
   };

@@ -16,6 +16,7 @@
 #include "engine/reference.hpp"
 #include "engine/validate.hpp"
 #include "io/file.hpp"
+#include "studies/studies.hpp"
 
 using namespace veriflex;
 namespace fs = std::filesystem;
@@ -67,7 +68,7 @@ Names asked_of_cases() {
   for (const fs::path& path : files(root / "cases", ".toml")) {
     const io::Section top = io::parse_document(io::read_file(path), path.string());
     std::vector<InputError> problems;
-    engine::read_parts(top, path, drivers::all(), references, problems);
+    engine::read_parts(top, path, studies::readers(), references, problems);
     REQUIRE(problems.empty());
     add(asked, top.asked());
   }
@@ -154,6 +155,8 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
 
   std::vector<fs::path> sources = files(root / "verify" / "drivers", ".cpp");
   for (const fs::path& kind : files(root / "verify" / "drivers" / "compare", ".cpp")) sources.push_back(kind);
+  for (const fs::path& study : files(root / "verify" / "studies", ".cpp")) sources.push_back(study);
+  sources.push_back(root / "verify" / "engine" / "asked.cpp");
   sources.push_back(root / "verify" / "engine" / "case.cpp");
   sources.push_back(root / "verify" / "engine" / "read_scene.cpp");
   const ReadersSource source = scan(sources);
@@ -208,7 +211,8 @@ TEST_CASE(
 
 TEST_CASE("The documents name every driver, law, tier and kind") {
   const std::string text = io::read_file(root / "cases" / "README.md");
-  for (const engine::Driver& driver : drivers::all())
+  const engine::Readers readers = studies::readers();
+  for (const engine::Driver& driver : readers.drivers)
     CHECK_THAT(text, ContainsSubstring("`" + driver.name + "`"));
   for (const std::string& law : bond::law_names()) CHECK_THAT(text, ContainsSubstring("`" + law + "`"));
   for (const std::string& tier : engine::tiers()) CHECK_THAT(text, ContainsSubstring("`" + tier + "`"));
@@ -225,7 +229,7 @@ TEST_CASE("The examples in the schema documents are valid") {
   std::vector<InputError> problems;
   const io::Section top =
       io::parse_document(toml_block(root / "cases" / "README.md", "[[check]]"), "example");
-  const engine::Case c = engine::read_parts(top, "minimal.toml", drivers::all(), references, problems);
+  const engine::Case c = engine::read_parts(top, "minimal.toml", studies::readers(), references, problems);
   for (const InputError& problem : problems) FAIL_CHECK(problem.what());
   CHECK(c.assumed.size() == 1);
   CHECK(c.assumed.front().value == "[ 4, 4, 12 ]");
@@ -253,7 +257,7 @@ TEST_CASE("No table of a page is broken by an empty line") {
 }
 
 TEST_CASE("Cases, references, claims and bibliography of the repository agree") {
-  CHECK(engine::problems_of_repository(root / "cases", references, drivers::all()) == none);
+  CHECK(engine::problems_of_repository(root / "cases", references, studies::readers()) == none);
 }
 
 TEST_CASE("The ledger covers Eqs. 1-27, Figs. 1-8 and Appendix A") {

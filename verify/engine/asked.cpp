@@ -1,0 +1,61 @@
+#include "engine/asked.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace veriflex::engine {
+
+namespace {
+
+Pinned read_pinned(const io::Section& check, const std::string& key) {
+  Pinned pinned;
+  if (!check.has(key)) return pinned;
+  const io::Section table = check.table(key);
+  for (const std::string& axis : table.keys()) pinned.emplace_back(axis, table.shown_value(axis));
+  return pinned;
+}
+
+}  // namespace
+
+std::string Asked::name() const {
+  std::string text = of == "value" ? metric : fmt::format("{}({})", of, metric);
+  std::string separator = " at ";
+  if (!along.empty()) text += fmt::format(" along {}", along);
+  for (const auto& [axis, value] : where) {
+    text += fmt::format("{}{} = {}", separator, axis, value);
+    separator = ", ";
+  }
+  separator = " over ";
+  for (const auto& [axis, value] : over) {
+    text += fmt::format("{}{} = {}", separator, axis, value);
+    separator = ", ";
+  }
+  return text;
+}
+
+const std::vector<std::string>& numbers_of_studies() {
+  static const std::vector<std::string> names{"value",      "min", "max",      "mean", "order",
+                                              "richardson", "gci", "exponent", "ratio"};
+  return names;
+}
+
+Asked read_asked(const io::Section& check) {
+  Asked asked{.of = "value", .metric = check.text("metric"), .along = {}, .where = {}, .over = {}};
+  if (check.has("of")) asked.of = check.choice("of", numbers_of_studies());
+  const std::vector<std::string> with_axis{"order", "richardson", "gci", "exponent"};
+  if (std::find(with_axis.begin(), with_axis.end(), asked.of) != with_axis.end()) {
+    asked.along = check.text("along");
+  }
+  asked.where = read_pinned(check, "where");
+  if (asked.of == "ratio") {
+    asked.over = read_pinned(check, "over");
+    if (asked.over.empty()) {
+      check.fail("of", "a ratio without 'over'", "it says which row stands below the line",
+                 "Write for example over = { \"fluid.storage\" = \"double\" }");
+    }
+  }
+  return asked;
+}
+
+}  // namespace veriflex::engine

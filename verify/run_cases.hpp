@@ -1,0 +1,45 @@
+/// Running the cases of a command: each is judged, stored, and told of.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "engine/case.hpp"
+#include "repository.hpp"
+#include "studies/rows.hpp"
+
+namespace veriflex {
+
+/// What the commands about cases are given.
+struct Options {
+  std::vector<std::string> cases;
+  std::vector<std::string> overrides;
+  std::string case_folder = repository::cases().string();
+  std::string tier;
+  std::string topic;
+  std::string out = "results";
+  std::string report;
+  int threads = 0;
+  bool json = false;
+  bool fresh = false;         // rows of studies that are kept are run again
+  bool with_checks = true;    // else nothing is judged, as where a study was put over a case by a command
+  bool is_row = false;        // of a study: the one run that the case describes
+  int shard = 0, shards = 1;  // of a study
+};
+
+/// A case as the options have it.
+engine::Case read_without_baseline(const std::filesystem::path& path, const Options& options);
+
+/// The same with the checks against its baseline.
+engine::Case read_case(const std::filesystem::path& path, const Options& options);
+
+/// Runs the named cases one after another, and stores and prints each result. Returns the exit code: the
+/// first of 4, 2, 3, 1 that occurred. Throws InputError when two of them would write the same result.
+int run_cases(const std::vector<std::string>& names, const Options& options, bool with_tables);
+
+/// Prints JSON; bytes that are no UTF-8, as file names may hold, are replaced.
+void print_json(const nlohmann::ordered_json& json);
+
+}  // namespace veriflex

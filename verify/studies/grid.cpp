@@ -1,0 +1,144 @@
+#include "studies/grid.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <optional>
+
+namespace veriflex::studies {
+
+namespace {
+
+constexpr std::size_t most_rows = 100'000;
+
+// A number as TOML writes it; a text in quotes or a list is none.
+std::optional<double> number_in(const std::string& text) {
+  try {
+    return io::parse_document("value = " + text, "").number("value");
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+std::vector<std::vector<std::string>> read_values(const io::Section& axis, std::size_t keys) {
+  std::vector<std::vector<std::string>> values;
+  for (const std::string& text : axis.shown_values("values")) {
+    if (keys == 1) {
+      values.push_back({text});
+      continue;
+    }
+    const io::Section one = io::parse_document("value = " + text, "");
+    std::vector<std::string> parts;
+    if (one.has_list("value")) parts = one.shown_values("value");
+    if (parts.size() != keys) {
+      axis.fail("values", fmt::format("'values' holds {}", text),
+                fmt::format("each value of these {} keys is a list of {}", keys, keys),
+                "Write for example values = [[16, 100], [32, 400]]");
+    }
+    values.push_back(std::move(parts));
+  }
+  return values;
+}
+
+Axis read_axis(const io::Section& table) {
+  Axis axis;
+  axis.keys = table.has("keys") ? table.texts("keys") : std::vector{table.text("key")};
+  if (axis.keys.empty()) table.fail("keys", "'keys' is empty", "an axis changes at least one", "Name one");
+  axis.values = read_values(table, axis.keys.size());
+  if (axis.values.empty()) {
+    table.fail("values", fmt::format("no values for '{}'", axis.name()), "each gives a row", "Give some");
+  }
+  for (std::size_t i = 0; i < axis.size(); ++i) {
+    for (std::size_t j = 0; j < i; ++j) {
+      if (axis.values[i] == axis.values[j]) {
+        table.fail("values", fmt::format("'{}' stands there twice", fmt::join(axis.values[i], ", ")),
+                   "a row is run once", "Remove one");
+      }
+    }
+    if (const std::optional<double> number = number_in(axis.values[i].front()))
+      axis.numbers.push_back(*number);
+  }
+  if (axis.numbers.size() != axis.size()) axis.numbers.clear();
+  return axis;
+}
+
+}  // namespace
+
+std::vector<Axis> read_axes(const io::Section& study, const std::string& key) {
+  std::vector<Axis> axes;
+  std::size_t rows = 1;
+  for (const io::Section& table : study.tables(key)) {
+    axes.push_back(read_axis(table));
+    rows *= axes.back().size();
+    for (std::size_t i = 0; i + 1 < axes.size(); ++i) {
+      for (const std::string& one : axes.back().keys) {
+        if (std::find(axes[i].keys.begin(), axes[i].keys.end(), one) != axes[i].keys.end()) {
+          table.fail("key", fmt::format("'{}' belongs to two axes", one), "a row can set it once only",
+                     "Remove one");
+        }
+      }
+    }
+    if (rows > most_rows) {
+      study.fail(key, "too many rows", fmt::format("a study has at most {}", most_rows), "Give fewer values");
+    }
+  }
+  return axes;
+}
+
+std::vector<Cell> cells(const std::vector<Axis>& axes) {
+  std::vector<Cell> all{Cell{}};
+  for (const Axis& axis : axes) {
+    std::vector<Cell> longer;
+    for (const Cell& cell : all) {
+      for (std::size_t i = 0; i < axis.size(); ++i) {
+        longer.push_back(cell);
+        longer.back().push_back(i);
+      }
+    }
+    all = std::move(longer);
+  }
+  return all;
+}
+
+std::vector<std::string> settings(const std::vector<Axis>& axes, const Cell& cell) {
+  std::vector<std::string> all;
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    for (std::size_t k = 0; k < axes[a].keys.size(); ++k) {
+      all.push_back(axes[a].keys[k] + "=" + axes[a].values[cell[a]][k]);
+    }
+  }
+  return all;
+}
+
+std::vector<observe::Column> columns_of(const std::vector<Axis>& axes) {
+  std::vector<observe::Column> columns;
+  for (const Axis& axis : axes) {
+    columns.push_back({axis.name(), "", "1", "axis: this key of the case, in its unit", {}});
+  }
+  return columns;
+}
+
+void append(std::vector<observe::Column>& columns, const std::vector<Axis>& axes, const Cell& cell) {
+  for (std::size_t a = 0; a < axes.size(); ++a) {
+    if (axes[a].numbers.empty()) {
+      columns[a].texts.push_back(axes[a].values[cell[a]].front());
+    } else {
+      columns[a].values.push_back(axes[a].numbers[cell[a]]);
+    }
+  }
+}
+
+std::string in_words(const std::vector<Axis>& axes) {
+  constexpr std::size_t shown = 6;
+  std::vector<std::string> parts;
+  for (const Axis& axis : axes) {
+    std::vector<std::string> values;
+    for (std::size_t i = 0; i < std::min(shown, axis.size()); ++i) values.push_back(axis.values[i].front());
+    if (axis.size() > shown) values.push_back(fmt::format("and {} more", axis.size() - shown));
+    parts.push_back(fmt::format("{} = {}", fmt::join(axis.keys, " with "), fmt::join(values, ", ")));
+  }
+  return fmt::format("{}", fmt::join(parts, "; "));
+}
+
+}  // namespace veriflex::studies

@@ -1,0 +1,40 @@
+/// The axes of a study: which keys of a case take which values.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/document.hpp"
+#include "observe/record.hpp"
+
+namespace veriflex::studies {
+
+/// One key of the case and its values, or several keys that change together. The first key names the axis.
+struct Axis {
+  std::vector<std::string> keys;
+  std::vector<std::vector<std::string>> values;  // per value one TOML text per key
+  std::vector<double> numbers;                   // of the first key; empty where it takes no numbers
+
+  const std::string& name() const { return keys.front(); }
+  std::size_t size() const { return values.size(); }
+};
+
+/// `axes` of a study's table: entries with `key` (or `keys`) and `values`. Throws InputError: no value, a
+/// value or key that stands there twice, more than 100,000 rows.
+std::vector<Axis> read_axes(const io::Section& study, const std::string& key = "axes");
+
+/// One combination of values: where each axis stands. The last axis runs fastest.
+using Cell = std::vector<std::size_t>;
+std::vector<Cell> cells(const std::vector<Axis>& axes);
+
+/// What sets a case to that combination, as `--set` takes it.
+std::vector<std::string> settings(const std::vector<Axis>& axes, const Cell& cell);
+
+/// Columns for the axes of a table, without rows, and their values in one row.
+std::vector<observe::Column> columns_of(const std::vector<Axis>& axes);
+void append(std::vector<observe::Column>& columns, const std::vector<Axis>& axes, const Cell& cell);
+
+/// `relaxation_time = 0.6, 1 and 2 more; nodes = 16, 32`.
+std::string in_words(const std::vector<Axis>& axes);
+
+}  // namespace veriflex::studies

@@ -1,0 +1,263 @@
+#include "studies/rows.hpp"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <poll.h>
+#include <spawn.h>
+#include <sys/pidfd.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <map>
+#include <numeric>
+#include <optional>
+
+#include "base/error.hpp"
+#include "base/stop.hpp"
+#include "engine/result.hpp"
+#include "io/hdf5.hpp"
+
+namespace veriflex::studies {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+using Settings = std::vector<std::string>;
+
+Settings all_settings(const Base& base, const Settings& row) {
+  Settings all = base.overrides;
+  all.insert(all.end(), row.begin(), row.end());
+  return all;
+}
+
+fs::path result_of(const Base& base, const Settings& row, const fs::path& folder) {
+  return folder / (engine::name_of_variant(base.id, all_settings(base, row)) + ".h5");
+}
+
+// What does not depend on the case may come out otherwise next time.
+bool is_final(const std::string& outcome) {
+  return outcome != "interrupted" && outcome != "memory" && outcome != "output" && outcome != "internal";
+}
+
+// The row in a result file; nothing when it is of another case or program.
+std::optional<Row> read_row(const Base& base, const Settings& settings, const fs::path& path) {
+  const io::Hdf5File file(path);
+  const std::string all = fmt::format("{}", fmt::join(all_settings(base, settings), ", "));
+  const bool same = file.texts("/case").front() == base.text && file.attribute("/", "variant") == all &&
+                    file.attribute("/provenance", "program") == engine::program();
+  if (!same) return std::nullopt;
+  Row row{.settings = settings,
+          .outcome = file.attribute("/", "outcome"),
+          .message = {},
+          .metrics = {},
+          .work = {}};
+  if (row.outcome != "completed") row.message = file.attribute("/", "error_message");
+  const std::vector<std::string> names = file.texts("/metrics/name");
+  const std::vector<double> values = file.numbers("/metrics/value");
+  const std::vector<std::string> dimensions = file.texts("/metrics/dimension");
+  const std::vector<std::string> meanings = file.texts("/metrics/meaning");
+  for (std::size_t i = 0; i < names.size(); ++i)
+    row.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
+  const auto sum = [&](const char* column) {
+    const std::vector<double> all_phases = file.numbers(std::string("/timing/") + column);
+    return std::accumulate(all_phases.begin(), all_phases.end(), 0.0);
+  };
+  row.wall_seconds = sum("wall_seconds");
+  row.cpu_seconds = sum("cpu_seconds");
+  const auto count = [&](const char* name) {
+    return static_cast<std::uint64_t>(file.integer("/work", name));
+  };
+  row.work = {count("node_updates"), count("bond_evaluations"), count("angle_evaluations")};
+  row.peak_memory_bytes = static_cast<double>(file.integer("/provenance", "peak_memory_bytes"));
+  return row;
+}
+
+std::optional<Row> kept_row(const Base& base, const Settings& settings, const fs::path& path) {
+  std::error_code unknown;
+  if (!fs::is_regular_file(path, unknown)) return std::nullopt;
+  try {
+    std::optional<Row> row = read_row(base, settings, path);
+    if (!row || !is_final(row->outcome)) return std::nullopt;
+    row->kept = true;
+    return row;
+  } catch (const InputError&) {  // damaged: it is run again
+    return std::nullopt;
+  }
+}
+
+// A program that makes one row.
+class Child {
+ public:
+  Child(const Base& base, const Settings& settings, const Workspace& workspace, const fs::path& folder,
+        int threads) {
+    std::vector<std::string> words{
+        workspace.program.string(), "row", base.path.string(), "--out", folder.string(), "--threads",
+        std::to_string(threads)};
+    for (const std::string& one : all_settings(base, settings)) words.insert(words.end(), {"--set", one});
+    std::vector<char*> arguments;
+    for (std::string& word : words) arguments.push_back(word.data());
+    arguments.push_back(nullptr);
+    posix_spawn_file_actions_t silent;
+    posix_spawn_file_actions_init(&silent);
+    // What it has to say stands in its result.
+    posix_spawn_file_actions_addopen(&silent, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
+    posix_spawn_file_actions_addopen(&silent, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
+    const int failed = posix_spawn(&pid_, words[0].c_str(), &silent, nullptr, arguments.data(), environ);
+    posix_spawn_file_actions_destroy(&silent);
+    if (failed == 0) handle_ = pidfd_open(pid_, 0);
+    if (failed != 0 || handle_ < 0) {
+      throw OutputError(words[0],
+                        fmt::format("cannot be run as a row of a study ({})", std::strerror(failed)),
+                        "Let the system have more processes");
+    }
+  }
+  ~Child() {
+    if (!ended_) {
+      kill(pid_, SIGKILL);
+      wait();
+    }
+    close(handle_);
+  }
+  Child(const Child&) = delete;
+  Child& operator=(const Child&) = delete;
+
+  int handle() const { return handle_; }
+  void ask_to_stop() const { kill(pid_, SIGTERM); }
+
+  // As waitpid() gives it.
+  int wait() {
+    int status = 0;
+    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) continue;
+    ended_ = true;
+    return status;
+  }
+
+ private:
+  pid_t pid_ = 0;
+  int handle_ = -1;
+  bool ended_ = false;
+};
+
+class Runner {
+ public:
+  Runner(const Base& base, const std::vector<Settings>& settings, const Workspace& workspace, bool timed)
+      : base_(base),
+        settings_(settings),
+        workspace_(workspace),
+        folder_(folder_of_rows(base, workspace, timed)),
+        at_once_(timed ? 1 : std::max(1, workspace.threads)),
+        threads_(timed ? workspace.threads : 1),
+        rows_(settings.size()) {}
+
+  std::vector<Row> run(const std::string& phase, Progress& progress) {
+    std::vector<std::size_t> todo;
+    for (std::size_t i = 0; i < settings_.size(); ++i) {
+      std::optional<Row> kept = workspace_.fresh ? std::nullopt : kept_row(base_, settings_[i], path(i));
+      if (kept) {
+        rows_[i] = std::move(*kept);
+      } else {
+        todo.push_back(i);
+      }
+    }
+    const std::size_t total = todo.size();
+    auto next = todo.begin();
+    while (next != todo.end() || !running_.empty()) {
+      while (next != todo.end() && stop::signal == 0 &&
+             running_.size() < static_cast<std::size_t>(at_once_)) {
+        running_.try_emplace(*next, base_, settings_[*next], workspace_, folder_, threads_);
+        ++next;
+      }
+      if (running_.empty()) break;
+      wait_for_one();
+      progress.show(phase, total - running_.size() - static_cast<std::size_t>(todo.end() - next), total);
+    }
+    stop_if_asked("row", static_cast<std::int64_t>(next - todo.begin()));
+    return std::move(rows_);
+  }
+
+ private:
+  fs::path path(std::size_t i) const { return result_of(base_, settings_[i], folder_); }
+
+  // Until a child ends, or until it is time to look whether the study is to stop.
+  void wait_for_one() {
+    std::vector<pollfd> handles;
+    for (const auto& [i, child] : running_) handles.push_back({child.handle(), POLLIN, 0});
+    poll(handles.data(), handles.size(), 200);
+    if (stop::signal != 0 && !asked_to_stop_) {
+      for (const auto& [i, child] : running_) child.ask_to_stop();
+      asked_to_stop_ = true;
+    }
+    std::size_t k = 0;
+    for (auto at = running_.begin(); at != running_.end(); ++k) {
+      if ((handles[k].revents & POLLIN) == 0) {
+        ++at;
+        continue;
+      }
+      finish(at->first, at->second.wait());
+      at = running_.erase(at);
+    }
+  }
+
+  void finish(std::size_t i, int status) {
+    if (WIFSIGNALED(status)) {
+      rows_[i].settings = settings_[i];
+      rows_[i].outcome = "killed";
+      rows_[i].message =
+          fmt::format("killed by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
+      return;
+    }
+    std::optional<Row> row;
+    try {
+      row = read_row(base_, settings_[i], path(i));
+    } catch (const InputError& error) {
+      throw OutputError(path(i).string(), fmt::format("a row was not stored there ({})", error.what()),
+                        "Make room, and run the study again: rows that are there are kept");
+    }
+    if (!row) {
+      throw InputError({base_.path.string()}, "the case was changed while its rows ran",
+                       "they would not be rows of one study", "Run it again");
+    }
+    rows_[i] = std::move(*row);
+  }
+
+  const Base& base_;
+  const std::vector<Settings>& settings_;
+  const Workspace& workspace_;
+  fs::path folder_;
+  int at_once_, threads_;
+  std::map<std::size_t, Child> running_;
+  bool asked_to_stop_ = false;
+  std::vector<Row> rows_;
+};
+
+}  // namespace
+
+const observe::Metric* Row::metric(const std::string& name) const {
+  const auto found =
+      std::find_if(metrics.begin(), metrics.end(), [&](const observe::Metric& m) { return m.name == name; });
+  return found == metrics.end() ? nullptr : &*found;
+}
+
+Base base_of(const engine::Case& c) {
+  Base base{.path = fs::absolute(c.path), .id = c.id, .text = c.text, .overrides = {}, .name = c.name()};
+  for (const std::string& one : c.overrides) {
+    const std::string key = one.substr(0, one.find_first_of(".="));
+    if (key != "sweep" && key != "boundary" && key != "ablate") base.overrides.push_back(one);
+  }
+  return base;
+}
+
+fs::path folder_of_rows(const Base& base, const Workspace& workspace, bool timed) {
+  return workspace.results / (base.name + (timed ? ".timed-rows" : ".rows"));
+}
+
+std::vector<Row> run_rows(const Base& base, const std::vector<Settings>& settings, const Workspace& workspace,
+                          bool timed, const std::string& phase, Progress& progress) {
+  return Runner(base, settings, workspace, timed).run(phase, progress);
+}
+
+}  // namespace veriflex::studies

@@ -1,0 +1,128 @@
+#include "studies/sweep.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "engine/convergence.hpp"
+#include "studies/grid.hpp"
+#include "studies/numbers.hpp"
+#include "studies/table.hpp"
+
+namespace veriflex::studies {
+
+namespace {
+
+using observe::Column;
+using observe::Observations;
+using observe::Record;
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+// What is worth a look along an axis: of each metric and each combination of the other axes. Orders of what
+// is no error mean nothing and do no harm.
+Record orders_along(std::size_t axis, const std::vector<Axis>& axes, const Record& sweep,
+                    std::size_t metrics_from, std::size_t metrics_to) {
+  std::vector<Axis> others = axes;
+  others.erase(others.begin() + static_cast<std::ptrdiff_t>(axis));
+  Record record{"orders_along_" + axes[axis].name(),
+                fmt::format("How the metrics follow {}, from coarse to fine", axes[axis].name()),
+                columns_of(others)};
+  const std::size_t first = record.columns.size();
+  record.columns.push_back({"metric", "", "1", "what follows the axis", {}});
+  record.columns.push_back({"finest", "", "", "its value in the last row", {}});
+  record.columns.push_back({"order", "p", "1", "if it is an error: between the two finest rows", {}});
+  record.columns.push_back({"order_of_differences", "p", "1", "of the three finest rows", {}});
+  record.columns.push_back({"richardson", "", "", "its limit by that order", {}});
+  record.columns.push_back({"gci", "", "", "half-width within which the limit lies", {}});
+  const std::vector<double> h = spacings(axes[axis].numbers);
+  std::size_t stride = 1;  // between rows that are neighbours along the axis
+  for (std::size_t a = axis + 1; a < axes.size(); ++a) stride *= axes[a].size();
+  for (const Cell& cell : cells(others)) {
+    std::size_t row = 0;
+    for (std::size_t a = 0, o = 0; a < axes.size(); ++a)
+      row = row * axes[a].size() + (a == axis ? 0 : cell[o++]);
+    for (std::size_t m = metrics_from; m < metrics_to; ++m) {
+      std::vector<double> values;
+      for (std::size_t i = 0; i < h.size(); ++i) values.push_back(sweep.columns[m].values[row + i * stride]);
+      const bool whole = std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); });
+      append(record.columns, others, cell);
+      record.columns[first].texts.push_back(sweep.columns[m].name);
+      const engine::Convergence found = whole && h.size() > 2
+                                            ? engine::converge(h, values)
+                                            : engine::Convergence{{not_a_number}, not_a_number, not_a_number};
+      const double numbers[] = {values.back(), whole ? engine::orders(h, values).back() : not_a_number,
+                                found.order.back(), found.richardson, found.gci};
+      for (std::size_t k = 0; k < std::size(numbers); ++k)
+        record.columns[first + 1 + k].values.push_back(numbers[k]);
+    }
+  }
+  return record;
+}
+
+struct Sweep {
+  Base base;
+  std::vector<Axis> axes;
+  bool timed;
+  Questions questions;
+  Workspace workspace;
+};
+
+void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cost& cost) {
+  std::vector<Cell> grid;
+  std::size_t all = 0;
+  for (const Cell& cell : cells(sweep.axes)) {
+    if (is_mine(sweep.workspace, all++)) grid.push_back(cell);
+  }
+  std::vector<std::vector<std::string>> asked;
+  for (const Cell& cell : grid) asked.push_back(settings(sweep.axes, cell));
+  const std::vector<Row> rows = run_rows(sweep.base, asked, sweep.workspace, sweep.timed, "rows", progress);
+  cost.finish("rows");
+
+  std::vector<Column> leading = columns_of(sweep.axes);
+  for (const Cell& cell : grid) append(leading, sweep.axes, cell);
+  const Record table =
+      table_of("sweep", fmt::format("{} over {}", sweep.base.id, in_words(sweep.axes)), leading, rows);
+  seen.records.push_back(table);
+  for (std::size_t a = 0; a < sweep.axes.size(); ++a) {
+    if (sweep.workspace.shards > 1 || spacings(sweep.axes[a].numbers).empty()) continue;
+    // Between the outcome and the work stand the metrics.
+    const auto work = std::find_if(table.columns.begin(), table.columns.end(),
+                                   [](const Column& c) { return c.name == "node_updates"; });
+    seen.records.push_back(orders_along(a, sweep.axes, table, leading.size() + 1,
+                                        static_cast<std::size_t>(work - table.columns.begin())));
+  }
+  seen.records.push_back(cost_table("sweep", leading, rows));
+  count_rows(rows, seen, progress);
+  sweep.questions.answer(table, seen.metrics);
+}
+
+}  // namespace
+
+engine::Study read_sweep(const io::Section& top, const engine::Case& c, engine::Study measure,
+                         const Workspace& workspace) {
+  const io::Section table = top.table("sweep");
+  const std::vector<Axis> axes = read_axes(table);
+  if (axes.empty()) {
+    table.fail("axes", "there are none", "a sweep changes at least one key",
+               "Write for example axes = [{ key = \"fluid.relaxation_time\", values = [0.6, 1.0] }]");
+  }
+  const Sweep sweep{.base = base_of(c),
+                    .axes = axes,
+                    .timed = table.flag("timed", false),
+                    .questions = read_questions(top, "sweep", columns_of(axes), measure.measures),
+                    .workspace = workspace};
+  measure.plan.built.push_back(
+      {"sweep", fmt::format("{} runs of the case, over {}", cells(axes).size(), in_words(axes)), 0.0});
+  measure.measures = sweep.questions.measures;
+  measure.measures.insert(measure.measures.end(), {"rows", "rows_completed"});
+  measure.of_many_runs = true;
+  measure.run = [sweep](Observations& seen, Progress& progress, engine::Cost& cost) {
+    run(sweep, seen, progress, cost);
+  };
+  return measure;
+}
+
+}  // namespace veriflex::studies

@@ -1,0 +1,126 @@
+#include "studies/table.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "studies/numbers.hpp"
+
+namespace veriflex::studies {
+
+namespace {
+
+using observe::Column;
+using observe::Metric;
+using observe::Record;
+
+constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
+
+struct WorkColumn {
+  const char *name, *dimension, *meaning;
+  std::uint64_t work::Counts::*count;
+};
+constexpr WorkColumn work_columns[] = {
+    {"node_updates", "1", "lattice nodes collided and streamed, over all steps", &work::Counts::node_updates},
+    {"bond_evaluations", "1", "gradients of bonds", &work::Counts::bond_evaluations},
+    {"angle_evaluations", "1", "gradients of angles", &work::Counts::angle_evaluations}};
+
+// Every metric of any row, as the first row that has it declares it.
+std::vector<Metric> declared(const std::vector<Row>& rows) {
+  std::vector<Metric> all;
+  for (const Row& row : rows) {
+    for (const Metric& metric : row.metrics) {
+      const bool known =
+          std::any_of(all.begin(), all.end(), [&](const Metric& m) { return m.name == metric.name; });
+      if (!known) all.push_back(metric);
+    }
+  }
+  return all;
+}
+
+}  // namespace
+
+Record table_of(std::string name, std::string title, std::vector<Column> leading,
+                const std::vector<Row>& rows) {
+  Record table{std::move(name), std::move(title), std::move(leading)};
+  Column outcome{"outcome", "", "1", "how the run ended", {}};
+  Column message{"message", "", "1", "why it did not come to its end", {}};
+  for (const Row& row : rows) {
+    outcome.texts.push_back(row.outcome);
+    message.texts.push_back(row.message);
+  }
+  table.columns.push_back(std::move(outcome));
+  for (const Metric& metric : declared(rows)) {
+    Column column{metric.name, "", metric.dimension, metric.meaning, {}};
+    for (const Row& row : rows) {
+      // What a run that broke off had measured until then is no answer.
+      const Metric* measured = row.outcome == "completed" ? row.metric(metric.name) : nullptr;
+      column.values.push_back(measured == nullptr ? not_a_number : measured->value);
+    }
+    table.columns.push_back(std::move(column));
+  }
+  for (const WorkColumn& work : work_columns) {
+    Column column{work.name, "", work.dimension, work.meaning, {}};
+    for (const Row& row : rows) column.values.push_back(static_cast<double>(row.work.*work.count));
+    table.columns.push_back(std::move(column));
+  }
+  table.columns.push_back(std::move(message));
+  return table;
+}
+
+Record cost_table(const std::string& name, std::vector<Column> leading, const std::vector<Row>& rows) {
+  Record table{name + "_cost", "What each row cost", std::move(leading)};
+  Column wall{"wall_seconds", "", "s", "of the run, without the start of its program", {}};
+  Column cpu{"cpu_seconds", "", "s", "of all threads", {}};
+  Column memory{"peak_memory_bytes", "", "byte", "largest memory of the program", {}};
+  for (const Row& row : rows) {
+    wall.values.push_back(row.wall_seconds);
+    cpu.values.push_back(row.cpu_seconds);
+    memory.values.push_back(row.peak_memory_bytes);
+  }
+  for (Column* column : {&wall, &cpu, &memory}) table.columns.push_back(std::move(*column));
+  return table;
+}
+
+void Questions::answer(const Record& table, std::vector<Metric>& metrics) const {
+  for (const engine::Asked& one : asked) {
+    const std::string name = one.name();
+    const bool known =
+        std::any_of(metrics.begin(), metrics.end(), [&](const Metric& m) { return m.name == name; });
+    if (!known) metrics.push_back(number(one, table));
+  }
+}
+
+Questions read_questions(const io::Section& top, const std::string& name, const std::vector<Column>& leading,
+                         const std::vector<std::string>& measured_by_a_run) {
+  Record table{name, "", leading};
+  for (const std::string& measure : measured_by_a_run) table.columns.push_back({measure, "", "1", "", {}});
+  for (const WorkColumn& work : work_columns) table.columns.push_back({work.name, "", "1", "", {}});
+  Questions questions;
+  for (const Column& column : table.columns) questions.measures.push_back(name + "." + column.name);
+  for (const io::Section& check : top.tables("check")) {
+    if (!check.has("metric")) continue;
+    questions.asked.push_back(engine::read_asked(check));
+    check_asked(questions.asked.back(), table, check);
+    questions.measures.push_back(questions.asked.back().name());
+  }
+  return questions;
+}
+
+void count_rows(const std::vector<Row>& rows, observe::Observations& seen, Progress& progress) {
+  double completed = 0.0;
+  for (const Row& row : rows) {
+    if (row.outcome == "completed") {
+      ++completed;
+    } else {
+      progress.warn(fmt::format("row {}: {}: {}", fmt::join(row.settings, " "), row.outcome, row.message));
+    }
+  }
+  seen.metrics.push_back({"rows", static_cast<double>(rows.size()), "1", "runs of the case"});
+  seen.metrics.push_back({"rows_completed", completed, "1", "runs that came to their end"});
+}
+
+}  // namespace veriflex::studies

@@ -1,0 +1,38 @@
+/// The table that rows of a study make, and what a study adds to what one run of the case can measure.
+#pragma once
+
+#include "engine/asked.hpp"
+#include "studies/grid.hpp"
+#include "studies/rows.hpp"
+
+namespace veriflex::studies {
+
+/// Appends what was measured in each row to the columns that lead it: outcome, each metric of any row (not a
+/// number where a row lacks it), work, message.
+observe::Record table_of(std::string name, std::string title, std::vector<observe::Column> leading,
+                         const std::vector<Row>& rows);
+
+/// Record `<name>_cost`: wall and processor time and memory of each row. Times never enter a check, so they
+/// stand in a table of their own.
+observe::Record cost_table(const std::string& name, std::vector<observe::Column> leading,
+                           const std::vector<Row>& rows);
+
+/// What the checks of a case ask of its study.
+struct Questions {
+  std::vector<engine::Asked> asked;
+  std::vector<std::string> measures;  // their names, and the table's columns for curves
+
+  /// Adds the numbers to what was seen. Throws NumericalFailure when the table does not give one.
+  void answer(const observe::Record& table, std::vector<observe::Metric>& metrics) const;
+};
+
+/// Of all `[[check]]` of the case. `leading` are the columns that the study's table has before what one run
+/// measures. Throws InputError at a check that asks for what the table cannot have.
+Questions read_questions(const io::Section& top, const std::string& name,
+                         const std::vector<observe::Column>& leading,
+                         const std::vector<std::string>& measured_by_a_run);
+
+/// Warns of rows that are not complete, and counts them: metrics `rows`, `rows_completed`.
+void count_rows(const std::vector<Row>& rows, observe::Observations& seen, Progress& progress);
+
+}  // namespace veriflex::studies

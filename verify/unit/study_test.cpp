@@ -1,0 +1,233 @@
+// Studies over any case: the grid, the numbers of its table, and rows as programs of their own.
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "base/error.hpp"
+#include "catch.hpp"
+#include "engine/asked.hpp"
+#include "io/file.hpp"
+#include "io/hdf5.hpp"
+#include "studies/grid.hpp"
+#include "studies/numbers.hpp"
+#include "unit/command.hpp"
+
+using namespace veriflex;
+using namespace veriflex::studies;
+using Catch::Matchers::ContainsSubstring;
+namespace fs = std::filesystem;
+using Json = nlohmann::json;
+using unit::Folder;
+using unit::Ran;
+
+namespace {
+
+std::vector<Axis> axes_of(const std::string& toml) {
+  return read_axes(io::parse_document(toml, "study.toml"));
+}
+
+engine::Asked asked(const std::string& toml) {
+  return engine::read_asked(io::parse_document(toml, "check.toml"));
+}
+
+// error = factor h^2 with h = 1/n, for two factors.
+observe::Record table_of_errors() {
+  observe::Record table{"sweep",
+                        "",
+                        {{"a.factor", "", "1", "", {}},
+                         {"a.n", "", "1", "", {}},
+                         {"kind", "", "1", "", {}},
+                         {"error", "", "L", "", {}},
+                         {"value", "", "L", "", {}}}};
+  for (const double factor : {1.0, 3.0}) {
+    for (const double n : {8.0, 16.0, 32.0}) {
+      table.columns[0].values.push_back(factor);
+      table.columns[1].values.push_back(n);
+      table.columns[2].texts.push_back(factor == 1.0 ? "\"plain\"" : "\"tripled\"");
+      table.columns[3].values.push_back(factor / (n * n));
+      table.columns[4].values.push_back(5.0 + factor / (n * n));
+    }
+  }
+  return table;
+}
+
+double number_of(const std::string& check) { return number(asked(check), table_of_errors()).value; }
+
+const std::string scene = R"(schema = 1
+id = "bar"
+title = "Bar"
+asks = "How stiff is it?"
+equation = "E = k/r0"
+sources = []
+tier = "quick"
+topics = []
+driver = "tensile"
+[bond]
+law = "harmonic"
+bond_stiffness = 0.26
+rest_length = 1.0
+[angle]
+stiffness = 0.025
+[solid]
+shape = "bar"
+nodes = [2, 2, 4]
+lateral = "held"
+[tensile]
+control = "displacement"
+)";
+
+Ran ran(const Folder& folder, const std::string& words) { return folder.shell("\"$V\" " + words); }
+
+}  // namespace
+
+TEST_CASE("A grid has every combination once, the last axis fastest") {
+  const std::vector<Axis> axes = axes_of(
+      "axes = [{ key = \"a.x\", values = [1, 2] }, { keys = [\"b.n\", \"b.t\"], values = [[16, 0.5], [32, "
+      "0.25], [64, 0.125]] }]");
+  const std::vector<Cell> all = cells(axes);
+  REQUIRE(all.size() == 6);
+  CHECK(settings(axes, all[0]) == std::vector<std::string>{"a.x=1", "b.n=16", "b.t=0.5"});
+  CHECK(settings(axes, all[1]) == std::vector<std::string>{"a.x=1", "b.n=32", "b.t=0.25"});
+  CHECK(settings(axes, all[5]) == std::vector<std::string>{"a.x=2", "b.n=64", "b.t=0.125"});
+  CHECK(axes[1].numbers == std::vector<double>{16.0, 32.0, 64.0});
+}
+
+TEST_CASE("Axes that no run could follow are refused with their place") {
+  CHECK_THROWS_WITH(axes_of("axes = [{ key = \"a\", values = [] }]"), ContainsSubstring("study.toml:1:"));
+  CHECK_THROWS_WITH(axes_of("axes = [{ key = \"a\", values = [1, 1] }]"), ContainsSubstring("twice"));
+  CHECK_THROWS_WITH(axes_of("axes = [{ key = \"a\", values = [1] }, { key = \"a\", values = [2] }]"),
+                    ContainsSubstring("two axes"));
+  CHECK_THROWS_WITH(axes_of("axes = [{ keys = [\"a\", \"b\"], values = [[1, 2, 3]] }]"),
+                    ContainsSubstring("list of 2"));
+}
+
+TEST_CASE("Spacings: a resolution that rises, a spacing that falls") {
+  CHECK(spacings({8.0, 16.0}) == std::vector<double>{0.125, 0.0625});
+  CHECK(spacings({0.5, 0.25}) == std::vector<double>{0.5, 0.25});
+  CHECK(spacings({1.0, 3.0, 2.0}).empty());
+  CHECK(spacings({-1.0, 1.0}).empty());
+}
+
+TEST_CASE("Numbers of a table are those of its definition") {
+  CHECK(number_of("metric = \"error\"\nwhere = { \"a.factor\" = 3.0, \"a.n\" = 16 }") == 3.0 / 256.0);
+  CHECK(number_of("metric = \"error\"\nwhere = { kind = \"plain\", \"a.n\" = 8 }") == 1.0 / 64.0);
+  CHECK(number_of("metric = \"error\"\nof = \"max\"") == 3.0 / 64.0);
+  CHECK(number_of("metric = \"error\"\nof = \"min\"\nwhere = { \"a.factor\" = 3 }") == 3.0 / 1024.0);
+  CHECK(number_of("metric = \"error\"\nof = \"mean\"\nwhere = { \"a.n\" = 8 }") == Approx(2.0 / 64.0));
+  CHECK(number_of("metric = \"error\"\nof = \"order\"\nalong = \"a.n\"\nwhere = { \"a.factor\" = 1.0 }") ==
+        Approx(2.0));
+  CHECK(number_of("metric = \"error\"\nof = \"exponent\"\nalong = \"a.n\"\nwhere = { \"a.factor\" = 3 }") ==
+        Approx(-2.0));
+  CHECK(number_of("metric = \"value\"\nof = \"richardson\"\nalong = \"a.n\"\nwhere = { \"a.factor\" = 3 }") ==
+        Approx(5.0));
+  CHECK(number_of("metric = \"error\"\nof = \"ratio\"\nwhere = { \"a.factor\" = 3.0, \"a.n\" = 8 }\nover = { "
+                  "\"a.factor\" = 1 }") == Approx(3.0));
+}
+
+TEST_CASE("What a table does not give is said, never guessed") {
+  CHECK_THROWS_WITH(number_of("metric = \"error\""), ContainsSubstring("6 rows are meant"));
+  CHECK_THROWS_WITH(number_of("metric = \"error\"\nof = \"order\"\nalong = \"a.n\""),
+                    ContainsSubstring("several rows"));
+  CHECK_THROWS_WITH(number_of("metric = \"error\"\nwhere = { \"a.n\" = 9 }"),
+                    ContainsSubstring("no such row"));
+  observe::Record table = table_of_errors();
+  table.columns[3].values[2] = NAN;
+  CHECK_THROWS_WITH(
+      number(asked("metric = \"error\"\nof = \"order\"\nalong = \"a.n\"\nwhere = { \"a.factor\" = 1 }"),
+             table),
+      ContainsSubstring("has no value"));
+  CHECK(std::isnan(number(asked("metric = \"error\"\nof = \"max\""), table).value));
+}
+
+TEST_CASE("A check that asks a study for what it cannot have is refused at its place") {
+  const Folder folder;
+  folder.write("bar.toml", scene +
+                               "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [0.1, 0.2] }]\n"
+                               "[[check]]\nquestion = \"code\"\nstatement = \"E = k/r0\"\nmetric = "
+                               "\"young_modulos\"\nof = \"max\"\n"
+                               "target = 0.2\nkind = \"analytic\"\nsource = \"x\"\ntolerance = { absolute = "
+                               "1e-9, reason = \"x\" }\n");
+  const Ran ran_it = ran(folder, "validate bar.toml");
+  CHECK(ran_it.code == 2);
+  CHECK_THAT(ran_it.err,
+             ContainsSubstring("bar.toml:") && ContainsSubstring("Did you mean 'young_modulus'?"));
+}
+
+TEST_CASE("A sweep of the command line has a row per run, also of one that fails, and keeps them") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  const std::string words = "sweep bar.toml --over bond.bond_stiffness=0.13,-1,0.26 --out out --json";
+  const Ran first = ran(folder, words);
+  REQUIRE(first.code == 0);
+  const Json told = Json::parse(first.out);
+  const io::Hdf5File file(fs::path(folder.path()) / told[0]["result"].get<std::string>());
+  CHECK(file.texts("/records/sweep/outcome") ==
+        std::vector<std::string>{"completed", "refused", "completed"});
+  const std::vector<double> modulus = file.numbers("/records/sweep/young_modulus");
+  CHECK(modulus[0] == Approx(0.13).epsilon(1e-9));
+  CHECK(std::isnan(modulus[1]));
+  CHECK(modulus[2] == Approx(0.26).epsilon(1e-9));
+  CHECK_THAT(file.texts("/records/sweep/message")[1], ContainsSubstring("bond_stiffness"));
+  CHECK(file.numbers("/records/sweep/bond_evaluations")[0] > 0.0);
+
+  // Run again: rows are read, not run. Changed, they are run.
+  const auto rows = [&] {
+    std::vector<fs::file_time_type> times;
+    for (const fs::directory_entry& folder_of_rows : fs::directory_iterator(folder.path() / "out")) {
+      if (!folder_of_rows.is_directory()) continue;
+      for (const fs::directory_entry& row : fs::directory_iterator(folder_of_rows.path()))
+        times.push_back(row.last_write_time());
+    }
+    std::sort(times.begin(), times.end());
+    return times;
+  };
+  const auto before = rows();
+  REQUIRE(before.size() == 3);
+  CHECK(ran(folder, words).code == 0);
+  CHECK(rows() == before);
+  CHECK(ran(folder, words + " --fresh").code == 0);
+  CHECK(rows() != before);
+}
+
+TEST_CASE("Shards make what one machine makes") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  const std::string words = "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.3 --json --out ";
+  CHECK(ran(folder, words + "one --shard 1/2").code == 0);
+  CHECK(ran(folder, words + "two --shard 2/2").code == 0);
+  CHECK(ran(folder, "merge one two --out both").code == 0);
+  const Ran merged = ran(folder, words + "both"), whole = ran(folder, words + "whole");
+  REQUIRE(merged.code == 0);
+  const auto sweep_of = [&](const Ran& r) {
+    return io::Hdf5File(folder.path() / Json::parse(r.out)[0]["result"].get<std::string>())
+        .numbers("/records/sweep/young_modulus");
+  };
+  CHECK(sweep_of(merged) == sweep_of(whole));
+}
+
+TEST_CASE("A boundary is where a reader's own bound lies, and changes that come back are counted") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  const Ran ran_it = ran(
+      folder,
+      "boundary bar.toml --along bond.bond_stiffness=-1..1.1 --points 3 --accuracy 1e-6 --json --out out");
+  REQUIRE(ran_it.code == 0);
+  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  CHECK(file.texts("/records/outcome_boundary/outcome_before").front() == "refused");
+  CHECK(file.texts("/records/outcome_boundary/outcome_behind").front() == "completed");
+  CHECK(file.numbers("/records/outcome_boundary/before").front() <= 0.0);
+  CHECK(file.numbers("/records/outcome_boundary/changes").front() == 1.0);
+}
+
+TEST_CASE("An ablation shows what a part does") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  const Ran ran_it =
+      ran(folder, "ablate bar.toml --without angle --with solid.lateral=free --json --out out");
+  REQUIRE(ran_it.code == 0);
+  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  CHECK(file.texts("/records/ablate/variant") ==
+        std::vector<std::string>{"as it stands", "without angle", "with solid.lateral=free"});
+  const std::vector<double> angles = file.numbers("/records/ablate/angle_evaluations");
+  CHECK(angles[0] > 0.0);
+  CHECK(angles[1] == 0.0);
+}
