@@ -183,7 +183,7 @@ def potential_energy(result, record, key):
     # The law may grow without bound on either side: the harmonic one sets the scale.
     top = 1.35 * extent(harmonic)[1] or 1.0
     axes.set_ylim(-0.05 * top, top)
-    rest, reach = known(result, "rest_length"), known(result, "strain_at_reach")
+    rest, reach = known(result, "rest_length"), known(result, "strain_at_r_max")
     if rest is not None:
         handles.append(upright(axes, rest, f"rest length {rest:.4g}", linestyle=":"))
         if reach is not None:
@@ -723,12 +723,12 @@ def drift(result, record, key):
 
 def boundary(result, record, key):
     """First failing time step and the linear limit, against whichever of noise and pre-strain varies."""
-    if not drawable(record, "amplitude", "prestrain", "dt", "dt_least", "dt_largest", "linear_limit"):
+    if not drawable(record, "amplitude", "prestrain", "dt", "dt_min", "dt_max", "linear_limit"):
         return None
     varied = "prestrain" if np.ptp(record["prestrain"]) > 0 else "amplitude"
     x = record[varied]
     drawing, (axes,) = canvas(height=3.5)
-    low, high = record["dt"] - record["dt_least"], record["dt_largest"] - record["dt"]
+    low, high = record["dt"] - record["dt_min"], record["dt_max"] - record["dt"]
     label = "first failing step, median and range of the noises"
     handles = [axes.errorbar(x, record["dt"], yerr=[low, high], fmt="o-", color="C0", capsize=3, label=label)]
     limit = r"linear limit $2/\omega_{max}$ of the strained body"
@@ -798,7 +798,7 @@ def last_good_nodes(result, record, key):
     axes.set_xlabel(column_label(record.columns["y"]))
     axes.set_ylabel(column_label(record.columns["z"]))
     step = known(result, "last_good_step")
-    caption = f"The body at the last good look, step {step:.0f}." if step is not None else "The body at the last good look."
+    caption = f"The body at the last good check, step {step:.0f}." if step is not None else "The body at the last good check."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
@@ -964,19 +964,19 @@ def stroke(result, record, key):
     """The stroke in time, one panel per quantity, with that of the compared law."""
     labels = {
         "drive": "drive z", "force": "force F", "centre_y": "displacement Y", "slip": "slip",
-        "greatest_strain": "bond strain",
+        "max_strain": "bond strain",
     }  # fmt: skip
-    if not drawable(record, "time", "least_strain", *labels):
+    if not drawable(record, "time", "min_strain", *labels):
         return None
     other = result.records.get("stroke_compared")
-    runs = [record] + ([other] if drawable(other, "time", "least_strain", *labels) else [])
+    runs = [record] + ([other] if drawable(other, "time", "min_strain", *labels) else [])
     drawing, panels = canvas(len(labels), height=7.6, sharex=True)
     for axes, (name, label) in zip(panels, labels.items()):
         handles = []
         for run, law, style in zip(runs, compared_names(result), COMPARED_STYLES):
             handles += axes.plot(run["time"], run[name], label=law, **style)
-            if name == "greatest_strain":
-                axes.plot(run["time"], run["least_strain"], **style)
+            if name == "max_strain":
+                axes.plot(run["time"], run["min_strain"], **style)
         if name != "slip":
             axes.axhline(0, **{**MARK, "linewidth": 0.6})
         unit = powers(record.columns[name].dimension)
@@ -1146,7 +1146,7 @@ def first_harmonic(result, record, key):
 
 
 def companion_names(result, record):
-    """Variants of a record `companions` in words, without the base: what metrics effect_<name> say after a colon."""
+    """Variants of a record `sensitivity` in words, without the base: what metrics effect_<name> say after a colon."""
     stated = [metric.meaning.partition(": ")[2] for metric in result.metrics if metric.name.startswith("effect_")]
     if len(stated) != len(record) - 1:
         return [f"variant {number:g}" for number in record["variant"][1:]]
@@ -1154,7 +1154,7 @@ def companion_names(result, record):
     return [text if held else text.partition(" (")[0] for text, held in zip(stated, record["survived"][1:])]
 
 
-def companions(result, record, key):
+def sensitivity(result, record, key):
     """Effect of each variant and the distance between the laws under it, largest effect first, logarithmic."""
     if not drawable(record, "variant", "survived", "law_deviation_z") or not record.has("effect_z") or len(record) < 2:
         return None
@@ -1273,7 +1273,7 @@ def bond_laws(results, key):
     for result, style in zip(laws(results), law_styles()):
         record = result.records["potential"]
         rest, modulus = known(result, "rest_length"), known(result, "young_modulus")
-        reach = known(result, "strain_at_reach")
+        reach = known(result, "strain_at_r_max")
         energy = (record["energy"] - at_rest(record, "energy")) / (modulus * rest**3)
         handles += axes.plot(record["length"] / rest, energy, label=law_name(result), **style)
         furthest = extent(record["strain"])[1]
@@ -1549,7 +1549,7 @@ KINDS = {
     "stroke_compared": (),
     "film": (film,),
     "first_harmonic": (first_harmonic,),
-    "companions": (companions,),
+    "sensitivity": (sensitivity,),
     "last_good_nodes": (last_good_nodes,),
     "coupling_boundary": (coupling_boundary,),
     "strain_histogram": (strain_histogram,),

@@ -12,7 +12,7 @@ import h5py
 import numpy as np
 
 FORMAT = "veriflex-result"
-SCHEMA = 1
+SCHEMA = 2
 SEAL = 512  # bytes before the HDF5 structure: name, size and SHA-256 of what follows
 
 
@@ -59,10 +59,10 @@ class Metric:
 
 @dataclass(frozen=True)
 class Check:
-    """A metric held against a target; `question` is "code" (must hold) or "claim" (is what was published true?)."""
+    """A metric held against a target; `kind` is "verification" (must hold) or "claim" (is what was published true?)."""
 
     metric: str
-    question: str
+    kind: str
     measured: float
     target: float
     tolerance: float  # absolute, in the metric's dimension
@@ -73,7 +73,7 @@ class Check:
     holds: str  # within or outside the tolerance of the target
     verdict: str  # pass, fail, finding
     reference: str
-    kind: str
+    target_kind: str
     source: str
     claim: str
     statement: str
@@ -101,7 +101,7 @@ class Result:
     case_id: str
     variant: str  # what was changed by --set; empty for the case as it stands
     title: str
-    asks: str
+    question: str
     equation: str
     driver: str
     tier: str
@@ -211,7 +211,7 @@ def read(file, path):
     case = attributes(file["case"]) if "case" in file else {}
     return Result(
         file=path,
-        **{key: top[key] for key in ("id", "title", "asks", "equation", "driver", "tier", "verdict")},
+        **{key: top[key] for key in ("id", "title", "question", "equation", "driver", "tier", "verdict")},
         case_id=top.get("case_id", top["id"]),
         variant=top.get("variant", ""),
         topics=list(top["topics"]),

@@ -119,7 +119,7 @@ Json result_json(const Result& r, const std::string& stored) {
     const engine::Outcome& o = r.outcomes[i];
     const engine::Check& check = r.c.checks[i];
     checks.push_back({{"metric", o.measure},
-                      {"question", check.question == engine::Question::claim ? "claim" : "code"},
+                      {"kind", to_string(check.kind)},
                       {"statement", check.statement},
                       {"measured", o.measured},
                       {"target", o.target},
@@ -445,7 +445,7 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   add_case_names(*run, *options);
   add_run_options(*run, *options);
   add_case_folder(*run, *options);
-  run->footer("Example: veriflex run path/to/mine.toml --set bond.depth=2.0 --out results");
+  run->footer("Example: veriflex run path/to/mine.toml --set bond.epsilon=2.0 --out results");
   run->callback([options, &exit_code] { exit_code = run_all(options->cases, *options, true); });
 
   CLI::App* verify = app.add_subcommand("verify", "run every case of a tier and write the report");

@@ -67,14 +67,14 @@ int validate_command(const std::vector<std::string>& names) {
 }
 
 void print_check(const Case& c, const Check& check) {
-  const bool is_claim = check.question == engine::Question::claim;
-  say("  {} {}: {}\n", is_claim ? "claim" : "code ", check.measure, check.statement);
+  const bool is_claim = check.kind == engine::CheckKind::claim;
+  say("  {} {}: {}\n", to_string(check.kind), check.measure, check.statement);
   if (check.curve) {
     say("      against the curve {} over {} of reference {}\n", check.curve->y, check.curve->x,
         c.references[*check.reference].id);
   } else {
-    say("      target {}{} ({}; {})\n", check.target, check.outside ? ", must lie outside" : "", check.kind,
-        check.reference ? "reference " + c.references[*check.reference].id : check.source);
+    say("      target {}{} ({}; {})\n", check.target, check.outside ? ", must lie outside" : "",
+        check.target_kind, check.reference ? "reference " + c.references[*check.reference].id : check.source);
   }
   say("      tolerance {}: {}\n", check.tolerance.text, check.tolerance.reason);
   if (is_claim) say("      judges {} of the ledger\n", fmt::join(check.claims, ", "));
@@ -97,7 +97,7 @@ void print_reference(const Reference& reference) {
 void info_command(const std::string& name) {
   Case c = read(name);
   engine::compare_with_baseline(c, repository::cases(), repository::references());
-  say("{}: {}\n\n{}\n\n  {}\n\n", c.id, c.title, c.asks, c.equation);
+  say("{}: {}\n\n{}\n\n  {}\n\n", c.id, c.title, c.question, c.equation);
   say("tier {}, driver {}, topics {}\n", c.tier, c.driver, fmt::join(c.topics, ", "));
   say("sources\n");
   for (const std::string& source : c.sources) say("  {}\n", source);

@@ -298,15 +298,15 @@ class FluidOf final : public Fluid {
     const auto replaces = [](double now, double by, double kept) {
       return !std::isnan(now) && (std::isnan(by) || kept != now);
     };
-    const double density = lesser(worst.least_density, other.least_density);
-    if (replaces(worst.least_density, other.least_density, density)) {
-      worst.least_density = density;
-      worst.least_density_node = other.least_density_node;
+    const double density = lesser(worst.min_density, other.min_density);
+    if (replaces(worst.min_density, other.min_density, density)) {
+      worst.min_density = density;
+      worst.min_density_node = other.min_density_node;
     }
-    const double speed = worse(worst.greatest_speed, other.greatest_speed);
-    if (replaces(worst.greatest_speed, other.greatest_speed, speed)) {
-      worst.greatest_speed = speed;
-      worst.greatest_speed_node = other.greatest_speed_node;
+    const double speed = worse(worst.max_speed, other.max_speed);
+    if (replaces(worst.max_speed, other.max_speed, speed)) {
+      worst.max_speed = speed;
+      worst.max_speed_node = other.max_speed_node;
     }
   }
 

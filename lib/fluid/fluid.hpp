@@ -80,10 +80,10 @@ struct Totals {
 
 /// The worst nodes outside of the obstacle.
 struct Extremes {
-  double least_density;  // not a number as soon as any node's is not finite
-  std::int64_t least_density_node;
-  double greatest_speed;  // of sum f c / rho; not a number as soon as any node is not  [L T^-1]
-  std::int64_t greatest_speed_node;
+  double min_density;  // not a number as soon as any node's is not finite
+  std::int64_t min_density_node;
+  double max_speed;  // of sum f c / rho; not a number as soon as any node is not  [L T^-1]
+  std::int64_t max_speed_node;
 };
 
 class Fluid {

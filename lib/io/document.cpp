@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 #include <sstream>
@@ -139,7 +140,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
   refuse_deep_keys(setting, "");
   const std::size_t equals = setting.find('=');
   if (equals == std::string::npos || equals == 0)
-    bad("not of the form key=value", "", "Write --set bond.depth=2.0");
+    bad("not of the form key=value", "", "Write --set bond.epsilon=2.0");
   const std::string path = setting.substr(0, equals);
   const std::string value = setting.substr(equals + 1);
 
@@ -381,6 +382,22 @@ std::vector<std::string> Section::keys() const {
   std::vector<std::string> names;
   for (const auto& [name, unused] : *node_->table) names.emplace_back(name.str());
   return names;
+}
+
+std::vector<Section::Entry> Section::entries() const {
+  std::vector<Entry> all;
+  const std::function<void(const toml::table&, const std::string&)> add = [&](const toml::table& table,
+                                                                              const std::string& before) {
+    for (const auto& [name, value] : table) {
+      const std::string path = before + std::string(name.str());
+      all.push_back({path, value.value<std::string>(), place_of(value, *node_)});
+      if (const toml::table* below = value.as_table()) add(*below, path + ".");
+      if (!value.is_array_of_tables()) continue;
+      for (const toml::node& item : *value.as_array()) add(*item.as_table(), path + "[].");
+    }
+  };
+  add(*node_->table, "");
+  return all;
 }
 
 Place Section::place() const { return place_of(*node_->table, *node_); }

@@ -49,6 +49,16 @@ class Section {
   std::string choice(const std::string& key, const std::vector<std::string>& allowed) const;
 
   std::vector<std::string> keys() const;
+
+  /// A key that stands in the document.
+  struct Entry {
+    std::string path;                 // dotted, from this table; entries of `[[name]]` are `name[]`
+    std::optional<std::string> text;  // its value, where that is text
+    Place place;
+  };
+  /// All keys here and in the tables below, whether or not anything reads them.
+  std::vector<Entry> entries() const;
+
   Place place() const;
   Place place(const std::string& key) const;
   [[noreturn]] void fail(const std::string& key, const std::string& problem, const std::string& why,

@@ -28,7 +28,7 @@ nlohmann::json measure(std::array<std::int64_t, 3> box, fluid::Storage storage, 
                          .driven = drivers::Driven::Node,
                          .ramp_periods = 0.0,
                          .periods = 1,
-                         .watch = {}};
+                         .monitor = {}};
   scene::Simulation simulation = drivers::simulation_of(stroke);
   simulation.advance();
   simulation.advance();
@@ -87,8 +87,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     const bond::AnyLaw harmonic = bond::Harmonic{0.26, 1.0};
     const bond::AnyLaw fene = bond::make_law("fene-lj", [](const std::string& name) -> std::optional<double> {
-      if (name == "depth") return 0.000287;
-      if (name == "diameter") return 1.0407;
+      if (name == "epsilon") return 0.000287;
+      if (name == "sigma") return 1.0407;
       return std::nullopt;
     });
     nlohmann::json runs = nlohmann::json::array();

@@ -19,10 +19,10 @@ constexpr double angle_stiffness = 0.025;
 // Each law with the paper's modulus 0.26 at spacing 1.
 std::vector<bond::AnyLaw> laws() {
   return {bond::Harmonic{0.26, 1.0},
-          bond::FeneLj{.depth = 2.86970720062559e-4,
-                       .diameter = 1.040694052478347,
-                       .attraction = 30.0 * 2.86970720062559e-4 / (1.040694052478347 * 1.040694052478347),
-                       .reach = 1.5 * 1.040694052478347,
+          bond::FeneLj{.epsilon = 2.86970720062559e-4,
+                       .sigma = 1.040694052478347,
+                       .fene_k = 30.0 * 2.86970720062559e-4 / (1.040694052478347 * 1.040694052478347),
+                       .r_max = 1.5 * 1.040694052478347,
                        .cutoff = bond::FeneLj::lj_minimum * 1.040694052478347},
           bond::ShiftedFene{0.26, 1.0, 0.5}};
 }

@@ -234,7 +234,7 @@ void run(const BucklingStudy& study, Observations& seen, Progress& progress, eng
       {"engesser_error", worst_engesser, "1", "departure from Engesser's load, worst column"},
       {"order_engesser", order(off_engesser), "1", "order in r0/L of that departure, last two columns"},
       {"shear_factor", kappa, "1", "kappa: shear stiffness of the section over GA; 1 without shear"},
-      {"largest_strain", -rows[0].found.strain, "1", "compression of the shortest column when it buckles"}};
+      {"max_strain", -rows[0].found.strain, "1", "compression of the shortest column when it buckles"}};
   if (std::isnan(worst_haringx)) {
     progress.warn("a Haringx column of the same section never buckles: no haringx_error");
   } else {
@@ -282,9 +282,9 @@ engine::Study read_buckling(const io::Section& top) {
                     .method = "root of the lowest eigenvalue of the compressed column's Hessian (Spectra)",
                     .moves = false}),
           .measures = {"euler_error", "order_euler", "extrapolated_error", "engesser_error", "order_engesser",
-                       "haringx_error", "shear_factor", "largest_strain", "over_harmonic",
-                       "buckling.spacings", "buckling.strain", "buckling.load", "buckling.euler",
-                       "buckling.engesser", "buckling.haringx", "buckling.over_harmonic"},
+                       "haringx_error", "shear_factor", "max_strain", "over_harmonic", "buckling.spacings",
+                       "buckling.strain", "buckling.load", "buckling.euler", "buckling.engesser",
+                       "buckling.haringx", "buckling.over_harmonic"},
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);
           }};

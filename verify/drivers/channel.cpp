@@ -22,7 +22,7 @@ constexpr std::int64_t most_across = 4096;
 constexpr double least_velocity = 1e-30;  // its square and that of its rounding are still numbers in float
 
 /// The least change per step that is asked for: a few roundings of the velocity over 100 steps.
-double steady_within_reach(fluid::Storage storage) { return 4.0 * least_change(storage); }
+double steady_within_reach(fluid::Storage storage) { return 4.0 * min_change(storage); }
 
 std::vector<std::int64_t> read_resolutions(const io::Section& t) {
   const std::vector<std::int64_t> nodes = t.integers("resolutions");
@@ -43,7 +43,7 @@ std::vector<std::int64_t> read_resolutions(const io::Section& t) {
 Common read_common(const io::Section& top) {
   const io::Section table = top.table("fluid");
   Common common{engine::read_fluid(top, engine::Varied::Nodes), read_resolutions(top.table("channel")),
-                engine::read_watch(top)};
+                engine::read_monitor(top)};
   for (const char* key : {"body_force", "walls_x", "walls_y", "walls_z", "obstacle"}) {
     if (table.has(key)) {
       table.fail(key, fmt::format("'{}' is set", key),

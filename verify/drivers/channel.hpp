@@ -8,7 +8,7 @@
 
 #include "base/reduce.hpp"
 #include "drivers/at_once.hpp"
-#include "drivers/march.hpp"
+#include "drivers/run_fluid.hpp"
 #include "engine/study.hpp"
 #include "fluid/obstacle.hpp"
 #include "io/document.hpp"
@@ -18,7 +18,7 @@ namespace veriflex::drivers::channel {
 struct Common {
   fluid::Spec fluid;                      // walls, box and force are the flow's
   std::vector<std::int64_t> resolutions;  // nodes across, rising
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
 };
 
 Common read_common(const io::Section& top);

@@ -29,7 +29,7 @@ struct Array {
   std::size_t flow;  // axis of the force
   std::vector<std::int64_t> resolutions;
   Steady steady;
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
   bool has_series;  // of the drag, to hold it against
 };
 
@@ -105,7 +105,7 @@ Cell cut_out(Cell cell) {
 /// F/(mu U) per length of a cylinder, F/(6 pi mu a U) of a sphere.
 double drag_of(const Array& study, const Cell& cell) {
   const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(cell.fluid);
-  march_to_steady(*fluid, observe::plane(cell.fluid.grid, study.flow, 0), study.steady, study.watch);
+  run_to_steady(*fluid, observe::plane(cell.fluid.grid, study.flow, 0), study.steady, study.monitor);
   const auto axis = static_cast<Eigen::Index>(study.flow);
   const double g = cell.fluid.body_force[axis];
   const auto volume = static_cast<double>(cell.fluid.grid.count());
@@ -198,7 +198,7 @@ void run(const Array& study, Observations& seen, Progress& progress) {
         "in the spacing, least squares over all resolutions"},
        {"order_voxels", mean_order(spacing, convergence.find("error_voxels")->values), "1",
         "in the spacing, least squares over all resolutions"},
-       {"largest_offset", offset, "L",
+       {"max_offset", offset, "L",
         "largest distance of the radius that has the measured drag from the true one"},
        {"roughness", rough, "L",
         "radius that has the measured drag, beyond the one that has the voxels' volume; finest resolution"}});
@@ -230,7 +230,7 @@ engine::Study read_array(const io::Section& top) {
               .flow = read_flow_axis(table, spec, shape),
               .resolutions = t.integers("resolutions"),
               .steady = read_steady(t, 1e-9, spec.storage),
-              .watch = engine::read_watch(top),
+              .monitor = engine::read_monitor(top),
               .has_series = false};
   const auto& grid = spec.grid;
   const auto* cylinder = std::get_if<fluid::Cylinder>(&shape);
@@ -262,7 +262,7 @@ engine::Study read_array(const io::Section& top) {
   study.has_series = solid_fraction(grid, shape) <= (cylinder == nullptr ? 0.1251 : 0.1001);
   std::vector<std::string> measures{"drag", "solid_fraction"};
   if (study.has_series)
-    measures.insert(measures.end(), {"order_drag", "order_voxels", "largest_offset", "roughness"});
+    measures.insert(measures.end(), {"order_drag", "order_voxels", "max_offset", "roughness"});
   std::vector<fluid::Spec> runs;
   for (const std::int64_t nodes : finest_first(study)) runs.push_back(refined(study, nodes).fluid);
   plan_at_once(top, runs);  // refuses boxes beyond the memory before they are cut

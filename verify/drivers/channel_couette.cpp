@@ -53,7 +53,7 @@ Record steady_state(const Couette& study, const Piece& piece) {
   const fluid::Spec spec = spec_of(study, piece);
   const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
   const std::vector<std::int64_t> nodes = observe::line(spec.grid, piece.normal, {0, 0, 0});
-  march_to_steady(*fluid, nodes, study.steady, study.common.watch);
+  run_to_steady(*fluid, nodes, study.steady, study.common.monitor);
   return observe::at_nodes(*fluid, nodes, {.density = true, .velocity = true, .stress = true}, "state", "");
 }
 

@@ -78,7 +78,7 @@ Section section_of(const Duct& study, const Piece& piece, const Record& plane) {
 Section steady_state(const Duct& study, const Piece& piece) {
   const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec_of(study, piece));
   const std::vector<std::int64_t> nodes = observe::plane(fluid->spec().grid, piece.flow, 0);
-  march_to_steady(*fluid, nodes, study.steady, study.common.watch);
+  run_to_steady(*fluid, nodes, study.steady, study.common.monitor);
   return section_of(study, piece, observe::at_nodes(*fluid, nodes, {.velocity = true}, "plane", ""));
 }
 

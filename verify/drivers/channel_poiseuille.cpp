@@ -62,8 +62,8 @@ std::vector<double> along_gap(const fluid::Fluid& fluid, std::size_t normal) {
 /// sum f c across the gap once it is steady.
 std::vector<double> bare_profile(const Poiseuille& study, const Piece& piece) {
   const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec_of(study, piece));
-  march_to_steady(*fluid, observe::line(fluid->spec().grid, piece.normal, {0, 0, 0}), study.steady,
-                  study.common.watch);
+  run_to_steady(*fluid, observe::line(fluid->spec().grid, piece.normal, {0, 0, 0}), study.steady,
+                study.common.monitor);
   return along_gap(*fluid, piece.normal);
 }
 
@@ -234,7 +234,7 @@ void measure_work(const Poiseuille& study, engine::Cost& cost, Observations& see
       const fluid::Spec spec = work_spec(study, storage, nodes);
       const double steps = work_steps(study, nodes);
       const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
-      march(*fluid, static_cast<std::int64_t>(steps), study.common.watch);
+      run_steps(*fluid, static_cast<std::int64_t>(steps), study.common.monitor);
       const std::vector<double> u = plus(along_gap(*fluid, 1), 0.5 * force_of(study, piece));
       const double error = error_norms(u, parabola(study, piece)).l2;
       cost.finish(fmt::format("work_precision/{}", record.columns[0].values.size()));

@@ -73,7 +73,7 @@ Period last_period(const Womersley& study, const Piece& piece) {
         omega * engine::oscillating_poiseuille(from_wall(j), static_cast<double>(piece.nodes), omega, nu));
   }
   Period seen;
-  observe::Lookout lookout(*fluid, study.common.watch);
+  observe::Monitor monitor(*fluid, study.common.monitor);
   for (std::int64_t step = 0; step < study.periods * period; ++step) {
     const double angle = omega * static_cast<double>(step % period);
     const double g = scale * omega * std::cos(angle);
@@ -85,9 +85,9 @@ Period last_period(const Womersley& study, const Piece& piece) {
       }
     }
     force.col(axis).setConstant(g);
-    lookout.step({everywhere, &force});
+    monitor.step({everywhere, &force});
   }
-  lookout.at_end();
+  monitor.at_end();
   return seen;
 }
 

@@ -8,7 +8,7 @@
 #include "drivers/at_once.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
-#include "drivers/march.hpp"
+#include "drivers/run_fluid.hpp"
 #include "engine/read_scene.hpp"
 
 // A disordered but smooth start, and what must not change of it: mass, momentum beyond what the force gave,
@@ -30,7 +30,7 @@ struct Conservation {
   std::int64_t steps;
   double velocity;   // of each wave of the start; its density waves are as strong  [L T^-1]
   double staggered;  // checkerboard velocity of the runs that start with one  [L T^-1]
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
 
   /// Walls and obstacles take up momentum: there only the mass stays.
   bool periodic() const {
@@ -117,16 +117,16 @@ Drift drift_of(const Conservation& study, const Piece& piece) {
   const Totals before = fluid->totals();
   const auto volume = static_cast<double>(spec.grid.count());
   Drift drift;
-  observe::Lookout lookout(*fluid, study.watch);
+  observe::Monitor monitor(*fluid, study.monitor);
   for (int i = 1; i <= samples; ++i) {
-    march(study.steps * i / samples - fluid->steps(), lookout);
+    run_steps(study.steps * i / samples - fluid->steps(), monitor);
     const Totals now = fluid->totals();
     const Vec3 given = static_cast<double>(fluid->steps()) * volume * spec.body_force;
     drift.mass.push_back(std::abs(now.mass_deviation - before.mass_deviation) / volume);
     drift.momentum.push_back((now.momentum - before.momentum - given).norm() / volume);
     drift.staggered.push_back((now.staggered_momentum - before.staggered_momentum).norm() / volume);
   }
-  lookout.at_end();
+  monitor.at_end();
   return drift;
 }
 
@@ -211,7 +211,7 @@ engine::Study read_conservation(const io::Section& top) {
                      .steps = t.integer("steps", samples, 1'000'000'000),
                      .velocity = t.number("velocity"),
                      .staggered = 0.0,
-                     .watch = engine::read_watch(top)};
+                     .monitor = engine::read_monitor(top)};
   for (const char* key : {"storage", "force_scheme"}) {
     if (table.has(key)) {
       table.fail(key, fmt::format("'{}' is set", key), "both storages and both schemes are run",

@@ -178,7 +178,7 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
                 {{"point", "", "1", "number of the point", {}},
                  {"coupled", "", "1", "number of coupled nodes", {}},
                  {"substeps", "n", "1", "solid steps per fluid step", {}},
-                 {"live", "", "1", "1: F_int follows the sub-steps, 0: held", {}},
+                 {"subcycled", "", "1", "1: F_int follows the sub-steps, 0: frozen", {}},
                  {"stiffness", "", "1", "factor of all stiffnesses", {}},
                  {"relaxation_time", "tau", "T", "of the fluid", {}},
                  {"predicted", "m", "M", "the map, the fluid keeps its momentum in place", {}},
@@ -208,10 +208,10 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
   }
   seen.records.push_back(record);
   if (broken) std::rethrow_exception(broken);
-  seen.metrics.push_back({"least_ratio", least, "1", "least measured over predicted"});
-  seen.metrics.push_back({"largest_ratio", largest, "1", "largest measured over predicted"});
+  seen.metrics.push_back({"min_ratio", least, "1", "least measured over predicted"});
+  seen.metrics.push_back({"max_ratio", largest, "1", "largest measured over predicted"});
   seen.metrics.push_back(
-      {"growth_held", growth, "1",
+      {"growth_at_boundary", growth, "1",
        "largest growth of the map at a measured boundary: what the fluid's motion still held"});
 }
 
@@ -236,7 +236,7 @@ Point read_point(const io::Section& t, double relaxation_time) {
                          : nodes == "ring"   ? scene::Coupled::Ring
                                              : scene::Coupled::All,
               .substeps = static_cast<int>(t.integer("substeps", 1, 1000)),
-              .live = t.flag("live", false),
+              .live = t.flag("subcycled", false),
               .stiffness = t.number("stiffness", 1.0),
               .relaxation_time = t.has("relaxation_time") ? engine::read_relaxation_time(t) : relaxation_time,
               .node_mass = t.number_if("node_mass")};
@@ -269,9 +269,9 @@ engine::Study read_coupling_stability(const io::Section& top) {
                           .resolution = t.number("resolution")};
   if (!(study.resolution > 1e-6))
     t.fail("resolution", "'resolution' is too fine", "each halving is a run", "Use 0.005");
-  std::vector<std::string> measures{"least_ratio",
-                                    "largest_ratio",
-                                    "growth_held",
+  std::vector<std::string> measures{"min_ratio",
+                                    "max_ratio",
+                                    "growth_at_boundary",
                                     "coupling_boundary.measured",
                                     "coupling_boundary.predicted",
                                     "coupling_boundary.ratio"};

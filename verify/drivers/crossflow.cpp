@@ -7,7 +7,7 @@
 #include "base/reduce.hpp"
 #include "drivers/beam_section.hpp"
 #include "drivers/drivers.hpp"
-#include "drivers/under_watch.hpp"
+#include "drivers/run_monitored.hpp"
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
@@ -35,7 +35,7 @@ struct Crossflow {
   Place node_mass_place;  // in the case, where an unstable coupling is reported
   double steady_change;   // of the tip's deflection per step, over it
   std::int64_t step_limit;
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
 
   double length() const { return static_cast<double>(rod.sections - clamped) * rod.spacing; }
 };
@@ -158,13 +158,13 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
                          seen.metrics.back().value, progress);
   cost.finish("stability of the coupling");
   scene::Simulation simulation(study.fluid, body_of(study), coupling);
-  under_watch(
-      simulation.fluid(), study.watch, "the stream",
+  run_monitored(
+      simulation.fluid(), study.monitor, "the stream",
       [&](const std::function<void()>& look_when_due) {
         march_to_rest(study, simulation, progress, look_when_due);
       },
       [&]() -> std::vector<Record> { return {last_good_nodes(simulation.positions(), "the rod")}; });
-  cost.finish("march");
+  cost.finish("run_steps");
 
   const scene::SolidSpec spec{.shape = study.rod, .angle_stiffness = study.material.angle_stiffness};
   const BeamSection section = section_of(study.material, spec, study.rod.spacing);
@@ -240,7 +240,7 @@ engine::Study read_crossflow(const io::Section& top) {
                         .node_mass_place = t.place("node_mass"),
                         .steady_change = t.number("steady_change"),
                         .step_limit = t.integer("step_limit", between_looks, 1'000'000'000),
-                        .watch = engine::read_watch(top)};
+                        .monitor = engine::read_monitor(top)};
   if (!(solid.angle_stiffness > 0.0)) {
     top.table("bond").fail("law", "a rod of bonds alone", "without angles it has no shear stiffness",
                            "Add [angle] stiffness");

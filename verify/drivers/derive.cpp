@@ -107,12 +107,12 @@ std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
       {"min_tangent_ratio", d.min_tangent_ratio, "1", "infimum of U''(r)/U''(r_eq) in tension"},
       {"min_tangent_strain", d.min_tangent_strain, "1", "strain of that infimum"},
   };
-  if (d.stiffness_over_attraction) {
-    metrics.push_back({"stiffness_over_attraction", *d.stiffness_over_attraction, "1", "U''(r_eq)/K"});
+  if (d.stiffness_over_fene_k) {
+    metrics.push_back({"stiffness_over_fene_k", *d.stiffness_over_fene_k, "1", "U''(r_eq)/K"});
   }
-  if (d.strain_at_reach) {
+  if (d.strain_at_r_max) {
     metrics.push_back(
-        {"strain_at_reach", *d.strain_at_reach, "1", "strain at which the longest length is reached"});
+        {"strain_at_r_max", *d.strain_at_r_max, "1", "strain at which the longest length is reached"});
   }
   if (!d.kinks.empty()) {
     metrics.push_back(
@@ -160,9 +160,9 @@ engine::Study read_derive(const io::Section& top) {
   const bond::AnyLaw law = engine::read_law(top);
   DeriveStudy study{law, engine::read_derivation(top, law), {}};
   std::vector<std::string> measures{
-      "rest_length",       "stiffness",           "force_per_strain",          "young_modulus",
-      "min_tangent_ratio", "min_tangent_strain",  "stiffness_over_attraction", "strain_at_reach",
-      "tension_jump",      "stiffness_deviation", "round_trip_deviation",      "poisson_round_trip"};
+      "rest_length",       "stiffness",           "force_per_strain",      "young_modulus",
+      "min_tangent_ratio", "min_tangent_strain",  "stiffness_over_fene_k", "strain_at_r_max",
+      "tension_jump",      "stiffness_deviation", "round_trip_deviation",  "poisson_round_trip"};
   for (const int percent : {1, 5, 10}) {
     measures.push_back(fmt::format("secant_valid_to_{}pct", percent));
     measures.push_back(fmt::format("secant_valid_from_{}pct", percent));

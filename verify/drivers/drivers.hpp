@@ -35,10 +35,10 @@ engine::Study read_torsion(const io::Section& top);
 engine::Study read_shear(const io::Section& top);
 
 /// Standing waves by dynamics, against the dispersion of the lattice in leap-frog's steps.
-engine::Study read_waves(const io::Section& top);
+engine::Study read_dispersion(const io::Section& top);
 
 /// What leap-frog keeps: momentum, angular momentum, the way back, and energy to second order.
-engine::Study read_motion(const io::Section& top);
+engine::Study read_integrator(const io::Section& top);
 
 /// Forces and motion of the same body turned, renumbered, moved, scaled and on several threads.
 engine::Study read_invariance(const io::Section& top);
@@ -53,10 +53,10 @@ engine::Study read_channel(const io::Section& top);
 engine::Study read_conservation(const io::Section& top);
 
 /// The solid against a table that another program computed.
-engine::Study read_compare(const io::Section& top);
+engine::Study read_peer(const io::Section& top);
 
 /// Plane waves of the fluid against the continuum and against the lattice's own eigenvalues.
-engine::Study read_wave(const io::Section& top);
+engine::Study read_plane_wave(const io::Section& top);
 
 /// Decaying Taylor-Green vortices and shear waves: convergence, and error against run time per storage.
 engine::Study read_vortex(const io::Section& top);
@@ -69,7 +69,7 @@ engine::Study read_galilean(const io::Section& top);
 engine::Study read_filament(const io::Section& top);
 
 /// What the paper leaves open about its filament, one at a time: how far each choice moves it.
-engine::Study read_filament_companions(const io::Section& top);
+engine::Study read_filament_sensitivity(const io::Section& top);
 
 /// The driven filament at small amplitude against linear theory.
 engine::Study read_filament_linear(const io::Section& top);
@@ -89,7 +89,7 @@ engine::Study read_delta_moments(const io::Section& top);
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
-      {"compare", "the solid against a table that another program computed", &read_compare},
+      {"peer", "the solid against a table that another program computed", &read_peer},
       {"tensile", "static pull on a bar: stress-strain curve and modulus at zero strain", &read_tensile},
       {"elasticity", "elastic constants of the infinite lattice", &read_elasticity},
       {"beam", "bending stiffness, cantilevers and bending frequencies", &read_beam},
@@ -97,18 +97,21 @@ inline const std::vector<engine::Driver>& all() {
       {"buckling", "critical load of a pinned column, against Euler's and with shear", &read_buckling},
       {"torsion", "torsion of square bars, against Saint-Venant's series", &read_torsion},
       {"shear", "shear stiffness of a block between plates", &read_shear},
-      {"waves", "standing waves by dynamics, against the lattice's dispersion", &read_waves},
-      {"motion", "what leap-frog keeps: momentum, the way back, energy to second order", &read_motion},
+      {"dispersion", "standing waves by dynamics, against the lattice's dispersion", &read_dispersion},
+      {"integrator", "what leap-frog keeps: momentum, the way back, energy to second order",
+       &read_integrator},
       {"invariance", "the same body turned, renumbered, moved, scaled", &read_invariance},
       {"oscillation", "period of a pair or chain: error against run time", &read_oscillation},
-      {"wave", "plane waves of the fluid against the continuum and the lattice's eigenvalues", &read_wave},
+      {"plane-wave", "plane waves of the fluid against the continuum and the lattice's eigenvalues",
+       &read_plane_wave},
       {"vortex", "decaying vortices and shear waves: convergence, error against run time", &read_vortex},
       {"galilean", "viscosity of a fluid that streams through the lattice", &read_galilean},
       {"stability", "first time step that a noisy body does not survive", &read_stability},
       {"channel", "flows between walls and through arrays of obstacles", &read_channel},
       {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
       {"filament", "driven filament in the fluid, one bond law against another", &read_filament},
-      {"filament-companions", "the driven filament with each open choice varied", &read_filament_companions},
+      {"filament-sensitivity", "the driven filament with each open choice varied",
+       &read_filament_sensitivity},
       {"filament-linear", "the driven filament at small amplitude against linear theory",
        &read_filament_linear},
       {"immersed", "bodies of markers in prescribed motion, against known drag", &read_immersed},

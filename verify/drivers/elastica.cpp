@@ -29,7 +29,7 @@ struct ElasticaStudy {
 
 struct Tip {
   double deflection, reach;  // over the length, mean of the last section
-  double largest_strain;     // of any bond, in magnitude
+  double max_strain;         // of any bond, in magnitude
 };
 
 double distance(const Tip& tip, const engine::ElasticaTip& exact) {
@@ -56,7 +56,7 @@ double root_offset(const BeamSection& section, std::int64_t clamped, double spac
   return clamped == 1 ? spacing * weight / (1.0 - decay) : 0.5 * spacing * weight / (1.0 + weight);
 }
 
-double largest_strain(const solid::Network& network, const Positions& u) {
+double max_strain(const solid::Network& network, const Positions& u) {
   double strain = 0.0;
   for (std::size_t b = 0; b < network.bonds.size(); ++b) {
     const solid::Bond& bond = network.bonds[b];
@@ -93,7 +93,7 @@ std::vector<Tip> bend(const ElasticaStudy& study, const solid::Material& materia
     reached = wanted;
     const double x = u.col(0).tail(per_section).mean();
     const double z = (network.rest.col(2) + u.col(2)).tail(per_section).mean() - root;
-    tips.push_back({x / span, z / span, largest_strain(network, u)});
+    tips.push_back({x / span, z / span, max_strain(network, u)});
   }
   return tips;
 }
@@ -107,7 +107,7 @@ double span_of(const ElasticaStudy& study, std::int64_t length) {
 double order(double coarse, double fine, double ratio) { return std::log(coarse / fine) / std::log(ratio); }
 
 // The elastica itself, close enough for a curve.
-Record exact_curve(double largest_load) {
+Record exact_curve(double max_load) {
   Record record{"elastica_exact",
                 "Tip of the elastica",
                 {{"load", "P L^2/B", "1", "tip load", {}},
@@ -115,7 +115,7 @@ Record exact_curve(double largest_load) {
                  {"reach", "", "1", "along the undeformed axis, over the length", {}}}};
   constexpr int points = 60;
   for (int i = 0; i <= points; ++i) {
-    const double load = largest_load * i / points;
+    const double load = max_load * i / points;
     const engine::ElasticaTip tip = engine::elastica_tip(load);
     record.append({load, tip.deflection, tip.reach});
   }
@@ -144,27 +144,26 @@ void run(const ElasticaStudy& study, Observations& seen, Progress& progress, eng
                  {"deflection", "", "1", "along the load, over the length", {}},
                  {"reach", "", "1", "along the undeformed axis, over the length", {}},
                  {"error", "", "1", "distance from the elastica's tip, over the length", {}},
-                 {"largest_strain", "", "1", "of any bond, in magnitude", {}}}};
+                 {"max_strain", "", "1", "of any bond, in magnitude", {}}}};
   // The longest alone, one row per load, to be held against a curve.
   Record longest{"elastica_longest", "Tip of the longest beam under a dead load", record.columns};
   longest.columns.erase(longest.columns.begin());
   Record convergence{"convergence",
                      "Distance of the tip from the elastica's",
                      {{"spacing_over_length", "r0/L", "1", "", {}},
-                      {"error_least_load", "", "1", "over the length", {}},
-                      {"error_largest_load", "", "1", "over the length", {}}}};
+                      {"error_min_load", "", "1", "over the length", {}},
+                      {"error_max_load", "", "1", "over the length", {}}}};
   for (std::size_t l = 0; l < lengths; ++l) {
     const double span = span_of(study, study.lengths[l]);
     for (std::size_t p = 0; p < study.loads.size(); ++p) {
       const Tip& tip = tips[l][p];
       record.append(
-          {span, study.loads[p], tip.deflection, tip.reach, distance(tip, exact[p]), tip.largest_strain});
+          {span, study.loads[p], tip.deflection, tip.reach, distance(tip, exact[p]), tip.max_strain});
     }
     if (l + 1 == lengths) {
       for (std::size_t p = 0; p < study.loads.size(); ++p) {
         const Tip& tip = tips[l][p];
-        longest.append(
-            {study.loads[p], tip.deflection, tip.reach, distance(tip, exact[p]), tip.largest_strain});
+        longest.append({study.loads[p], tip.deflection, tip.reach, distance(tip, exact[p]), tip.max_strain});
       }
     }
     convergence.append(
@@ -190,12 +189,12 @@ void run(const ElasticaStudy& study, Observations& seen, Progress& progress, eng
   seen.metrics = {
       {"tip_error", distance(tips[lengths - 1].back(), exact.back()), "1",
        "distance from the elastica's tip over the length, longest beam, largest load"},
-      {"order_least_load", last_order("error_least_load"), "1", "order in r0/L, last two lengths"},
-      {"order_largest_load", last_order("error_largest_load"), "1", "order in r0/L, last two lengths"},
+      {"order_min_load", last_order("error_min_load"), "1", "order in r0/L, last two lengths"},
+      {"order_max_load", last_order("error_max_load"), "1", "order in r0/L, last two lengths"},
       {"extrapolated_error", extrapolated, "1",
        "the same distance after Richardson's extrapolation of order 2, worst of the loads"},
       {"shortest_tip_error", distance(of_law, exact.back()), "1", "shortest beam, largest load"},
-      {"shortest_strain", of_law.largest_strain, "1", "largest strain of a bond there"},
+      {"shortest_strain", of_law.max_strain, "1", "largest strain of a bond there"},
       {"departure_from_harmonic",
        std::hypot(of_law.deflection - of_springs.deflection, of_law.reach - of_springs.reach), "1",
        "shortest beam, largest load: distance of its tip from that of harmonic bonds of the same stiffness, "
@@ -245,10 +244,10 @@ engine::Study read_elastica(const io::Section& top) {
                     .solid = longest,
                     .method = "Newton's method, load by load; first sections held, last one loaded",
                     .moves = false}),
-          .measures = {"tip_error", "order_least_load", "order_largest_load", "extrapolated_error",
+          .measures = {"tip_error", "order_min_load", "order_max_load", "extrapolated_error",
                        "shortest_tip_error", "shortest_strain", "departure_from_harmonic",
                        "elastica_longest.load", "elastica_longest.deflection", "elastica_longest.reach",
-                       "elastica_longest.error", "elastica_longest.largest_strain"},
+                       "elastica_longest.error", "elastica_longest.max_strain"},
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);
           }};

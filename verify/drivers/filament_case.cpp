@@ -45,8 +45,8 @@ Vec3 read_offset(const io::Section& t) {
 
 /// Refuses a stroke that has no room in its box, or that takes too few or too many steps.
 void check(const Stroke& stroke, const Place& box, const Place& frequency) {
-  constexpr double least_period = 16.0;  // steps: two from one of the phases that are looked at to the next
-  engine::whole_steps(stroke.period(), least_period, "a period of the stroke takes", frequency);
+  constexpr double min_period = 16.0;  // steps: two from one of the sampled phases to the next
+  engine::whole_steps(stroke.period(), min_period, "a period of the stroke takes", frequency);
   engine::whole_steps(stroke.periods * stroke.period(), 1.0, "the stroke takes", frequency);
   const double across = 2.0 * std::floor(stroke.rod.radius) * stroke.rod.spacing;
   const Vec3 driven(0.0, 0.0, stroke.amplitude);
@@ -87,7 +87,7 @@ Stroke read_stroke(const io::Section& top) {
                 .driven = t.has("driven") ? read_driven(t) : Driven::Node,
                 .ramp_periods = read_ramp(t, 0.0),
                 .periods = static_cast<int>(t.integer("periods", 1, 1000)),
-                .watch = engine::read_watch(top),
+                .monitor = engine::read_monitor(top),
                 .node_mass_place = t.place("node_mass")};
   for (const bond::NamedValue& p : bond::parameters_of(law)) {
     if (p.name == "diameter") stroke.short_bond = 1.2 * p.value;

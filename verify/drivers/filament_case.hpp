@@ -10,7 +10,7 @@ namespace veriflex::drivers {
 /// Of the axis from the middle of the box. Neighbouring doubles there are 1e-7 apart  [L].
 constexpr double farthest_offset = 1e9;
 
-/// [bond], [solid], [angle], [fluid], [coupling], [watch] and the part of [filament] that is the filament's
+/// [bond], [solid], [angle], [fluid], [coupling], [monitor] and the part of [filament] that is the filament's
 /// own. Throws InputError.
 Stroke read_stroke(const io::Section& top);
 

@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "drivers/filament_compare.hpp"
-#include "drivers/under_watch.hpp"
+#include "drivers/run_monitored.hpp"
 #include "observe/interrupted.hpp"
 
 namespace veriflex::drivers {
@@ -18,11 +18,11 @@ observe::Record history_of(const StrokeResult& seen, const std::string& name, co
                           {"force", "F", "M L T^-2", "that the drive exerts along z", {}},
                           {"centre_y", "Y", "L", "displacement of the centre of mass along the filament", {}},
                           {"slip", "", "L T^-1", "u_f - u_s, root mean square over the coupled nodes", {}},
-                          {"least_strain", "", "1", "smallest bond strain", {}},
-                          {"greatest_strain", "", "1", "largest bond strain", {}}}};
+                          {"min_strain", "", "1", "smallest bond strain", {}},
+                          {"max_strain", "", "1", "largest bond strain", {}}}};
   for (const Moment& m : seen.history) {
     if (!std::isfinite(m.force) || !std::isfinite(m.slip)) break;  // of a stroke that broke off
-    record.append({m.time, m.drive, m.force, m.centre_y, m.slip, m.least_strain, m.greatest_strain});
+    record.append({m.time, m.drive, m.force, m.centre_y, m.slip, m.min_strain, m.max_strain});
   }
   return record;
 }
@@ -34,8 +34,8 @@ observe::Observations until(const StrokeResult& seen, const std::string& history
   const LastGood& good = seen.last_good;
   observe::Observations left{.records = {history_of(seen, history, law), last_good_nodes(good.nodes, law)},
                              .metrics = observe::last_good(good.step, good.fluid)};
-  left.metrics.push_back({"last_least_strain", seen.least_strain, "1", "of any bond until the end"});
-  left.metrics.push_back({"last_greatest_strain", seen.greatest_strain, "1", "of any bond until the end"});
+  left.metrics.push_back({"last_min_strain", seen.min_strain, "1", "of any bond until the end"});
+  left.metrics.push_back({"last_max_strain", seen.max_strain, "1", "of any bond until the end"});
   return left;
 }
 

@@ -1,4 +1,4 @@
-/// Strokes that are looked at before they start and leave what they saw when they break off.
+/// Strokes that are checked before they start and leave what they saw when they break off.
 #pragma once
 
 #include "drivers/filament_run.hpp"

@@ -50,7 +50,7 @@ Vec3 bond_vector(const scene::Simulation& simulation, std::size_t bond) {
 
 /// The shortest and the longest bond now.
 struct Lengths {
-  double least_square = INFINITY, greatest_square = -INFINITY;  // [L^2]
+  double min_square = INFINITY, max_square = -INFINITY;  // [L^2]
   std::size_t shortest = 0, longest = 0;
 };
 
@@ -58,12 +58,12 @@ Lengths lengths_of(const scene::Simulation& simulation) {
   Lengths seen;
   for (std::size_t b = 0; b < simulation.network().bonds.size(); ++b) {
     const double square = bond_vector(simulation, b).squaredNorm();
-    if (square < seen.least_square) {
-      seen.least_square = square;
+    if (square < seen.min_square) {
+      seen.min_square = square;
       seen.shortest = b;
     }
-    if (square > seen.greatest_square) {
-      seen.greatest_square = square;
+    if (square > seen.max_square) {
+      seen.max_square = square;
       seen.longest = b;
     }
   }
@@ -71,23 +71,23 @@ Lengths lengths_of(const scene::Simulation& simulation) {
 }
 
 /// Smallest and largest bond strain until now, of every step, and where along the rod.
-void watch_strains(const scene::Simulation& simulation, const Stroke& stroke, const Lengths& now, double time,
+void track_strains(const scene::Simulation& simulation, const Stroke& stroke, const Lengths& now, double time,
                    StrokeResult& seen) {
   const solid::Network& network = simulation.network();
   const auto place = [&](std::size_t bond) {
     return 0.5 * (network.rest(network.bonds[bond].first, 1) + network.rest(network.bonds[bond].second, 1));
   };
-  const double least = std::sqrt(now.least_square) / stroke.rod.spacing - 1.0;
-  const double greatest = std::sqrt(now.greatest_square) / stroke.rod.spacing - 1.0;
-  if (least < seen.least_strain) {
-    seen.least_strain = least;
-    seen.least_strain_time = time;
-    seen.least_strain_place = place(now.shortest);
+  const double least = std::sqrt(now.min_square) / stroke.rod.spacing - 1.0;
+  const double greatest = std::sqrt(now.max_square) / stroke.rod.spacing - 1.0;
+  if (least < seen.min_strain) {
+    seen.min_strain = least;
+    seen.min_strain_time = time;
+    seen.min_strain_place = place(now.shortest);
   }
-  if (greatest > seen.greatest_strain) {
-    seen.greatest_strain = greatest;
-    seen.greatest_strain_time = time;
-    seen.greatest_strain_place = place(now.longest);
+  if (greatest > seen.max_strain) {
+    seen.max_strain = greatest;
+    seen.max_strain_time = time;
+    seen.max_strain_place = place(now.longest);
   }
 }
 
@@ -174,24 +174,24 @@ double Stroke::period() const { return 2.0 * std::numbers::pi / omega(); }
 namespace {
 
 /// The steps of run_stroke(): what is seen of them is added to `seen` as they are made.
-void march(scene::Simulation& simulation, const Stroke& stroke, const std::string& name, Progress& progress,
-           StrokeResult& seen) {
+void run_steps(scene::Simulation& simulation, const Stroke& stroke, const std::string& name,
+               Progress& progress, StrokeResult& seen) {
   const auto [axis, driven] = places_of(stroke, solid::rod_lattice(stroke.rod).rest);
   const double period = stroke.period();
-  const auto look = [&] {
+  const auto check = [&] {
     seen.last_good = {simulation.fluid().steps(), simulation.positions(),
-                      observe::check(simulation.fluid(), stroke.watch)};
-    seen.greatest_mach = worse(seen.greatest_mach,
-                               seen.last_good.fluid.greatest_speed / std::sqrt(fluid::sound_speed_squared));
+                      observe::check(simulation.fluid(), stroke.monitor)};
+    seen.max_mach =
+        worse(seen.max_mach, seen.last_good.fluid.max_speed / std::sqrt(fluid::sound_speed_squared));
   };
-  look();
+  check();
   const auto every = std::max<std::int64_t>(1, std::llround(period / 64.0));
   int next_phase = 1;
   Positions before = simulation.solid().displacement();
   double momentum_before = simulation.solid().momentum()[2];
   for (std::int64_t step = 1; step <= seen.steps; ++step) {
     simulation.advance();
-    if (step % stroke.watch.every == 0 || step == seen.steps) look();
+    if (step % stroke.monitor.every == 0 || step == seen.steps) check();
     const auto time = static_cast<double>(step);
     const Positions& now = simulation.solid().displacement();
 
@@ -219,12 +219,12 @@ void march(scene::Simulation& simulation, const Stroke& stroke, const std::strin
     }
     before = now;
     const Lengths lengths = lengths_of(simulation);
-    watch_strains(simulation, stroke, lengths, time / period, seen);
+    track_strains(simulation, stroke, lengths, time / period, seen);
     if (step % every == 0 || step == seen.steps) {
       Moment moment{};
       moment.time = time / period;
-      moment.least_strain = std::sqrt(lengths.least_square) / stroke.rod.spacing - 1.0;
-      moment.greatest_strain = std::sqrt(lengths.greatest_square) / stroke.rod.spacing - 1.0;
+      moment.min_strain = std::sqrt(lengths.min_square) / stroke.rod.spacing - 1.0;
+      moment.max_strain = std::sqrt(lengths.max_square) / stroke.rod.spacing - 1.0;
       moment.drive = now(driven.front(), 2);
       moment.force = force;
       moment.centre_y = now.col(1).mean();
@@ -246,7 +246,7 @@ StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress&
   seen.work.assign(static_cast<std::size_t>(stroke.periods), 0.0);
   seen.steps = static_cast<std::int64_t>(std::ceil(stroke.periods * stroke.period()));
   try {
-    march(simulation, stroke, name, progress, seen);
+    run_steps(simulation, stroke, name, progress, seen);
   } catch (const NumericalFailure& failure) {
     throw StrokeFailure(failure, std::move(seen));
   }

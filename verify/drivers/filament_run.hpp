@@ -8,7 +8,7 @@
 #include "base/error.hpp"
 #include "base/progress.hpp"
 #include "engine/cost.hpp"
-#include "observe/watch.hpp"
+#include "observe/check.hpp"
 #include "scene/simulation.hpp"
 
 namespace veriflex::drivers {
@@ -30,7 +30,7 @@ struct Stroke {
   Driven driven;
   double ramp_periods;  // 0: z0 sin(omega t) from rest
   int periods;
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
   Place node_mass_place{};  // in the case, where an unstable coupling is reported
   std::int64_t film = 0;    // nodes between the samples of the flow in the plane of the stroke; 0: none
   double short_bond = 0.0;  // a length whose share of shorter bonds is counted  [L]
@@ -53,16 +53,16 @@ struct Frame {
 };
 
 struct Moment {
-  double time;          // in periods
-  double drive;         // z of the driven node  [L]
-  double force;         // that the drive exerts along z  [M L T^-2]
-  double centre_y;      // displacement of the body's centre of mass  [L]
-  double slip;          // root mean square over the coupled nodes  [L T^-1]
-  double least_strain;  // of any bond
-  double greatest_strain;
+  double time;        // in periods
+  double drive;       // z of the driven node  [L]
+  double force;       // that the drive exerts along z  [M L T^-2]
+  double centre_y;    // displacement of the body's centre of mass  [L]
+  double slip;        // root mean square over the coupled nodes  [L T^-1]
+  double min_strain;  // of any bond
+  double max_strain;
 };
 
-/// Body and fluid at the last look that found both sound.
+/// Body and fluid at the last check that passed.
 struct LastGood {
   std::int64_t step = 0;
   Positions nodes;  // where they are in the box, not wrapped  [L]
@@ -75,12 +75,12 @@ struct StrokeResult {
   std::vector<Frame> film;        // phases_per_period, of the last period
   std::vector<Moment> history;    // about 64 a period
   std::vector<double> work;       // of the drive, per period  [M L^2 T^-2]
-  double least_strain = 0.0, greatest_strain = 0.0;
-  double least_strain_time = 0.0, greatest_strain_time = 0.0;    // in periods
-  double least_strain_place = 0.0, greatest_strain_place = 0.0;  // along the axis, 0 at the free end  [L]
-  std::vector<double> histogram;  // of r/r0 in the last period, shares of strain_bins
-  double share_short = 0.0;       // of bonds shorter than Stroke::short_bond, in the last period
-  double greatest_mach = 0.0;
+  double min_strain = 0.0, max_strain = 0.0;
+  double min_strain_time = 0.0, max_strain_time = 0.0;    // in periods
+  double min_strain_place = 0.0, max_strain_place = 0.0;  // along the axis, 0 at the free end  [L]
+  std::vector<double> histogram;                          // of r/r0 in the last period, shares of strain_bins
+  double share_short = 0.0;  // of bonds shorter than Stroke::short_bond, in the last period
+  double max_mach = 0.0;
   std::size_t touched_nodes = 0;
   scene::Simulation::Seconds seconds;
   std::int64_t steps = 0;

@@ -7,8 +7,8 @@
 #include "base/reduce.hpp"
 #include "drivers/drivers.hpp"
 #include "drivers/for_all.hpp"
-#include "drivers/march.hpp"
 #include "drivers/periodic_fluid.hpp"
+#include "drivers/run_fluid.hpp"
 #include "engine/analytic/lattice_wave.hpp"
 #include "engine/convergence.hpp"
 
@@ -29,7 +29,7 @@ struct GalileanStudy {
   std::array<int, 2> plane;  // the stream is along the first axis
   std::int64_t nodes;        // along a side
   std::vector<double> speeds;
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
 };
 
 // Decay rates of Taylor-Green vortices that a stream carries.
@@ -84,11 +84,11 @@ Decay measure(const GalileanStudy& study, double speed) {
   start(*fluid, flow, Start::Balanced);
   const DiagonalWave wave = diagonal_wave(study);
   const auto half = std::max<std::int64_t>(1, std::llround(0.5 / flow.decay_rate()));
-  observe::Lookout lookout(*fluid, study.watch);
-  march(half, lookout);
+  observe::Monitor monitor(*fluid, study.monitor);
+  run_steps(half, monitor);
   const double before = strength(*fluid, wave);
-  march(2 * half, lookout);
-  lookout.at_end();
+  run_steps(2 * half, monitor);
+  monitor.at_end();
   const double after = strength(*fluid, wave);
   return {std::log(before / after) / static_cast<double>(2 * half),
           engine::lattice_wave(wave.k, tau, {0.0, wave.along}, flow.stream).decay_rate()};
@@ -138,15 +138,15 @@ engine::Study read_galilean(const io::Section& top) {
                       .plane = axes_of(t.choice("plane", {"xy", "yz", "zx"})),
                       .nodes = t.integer("side", 4, 4096),
                       .speeds = t.numbers("speeds"),
-                      .watch = engine::read_watch(top)};
-  const double fastest = study.watch.mach_limit * std::sqrt(fluid::sound_speed_squared);
+                      .monitor = engine::read_monitor(top)};
+  const double fastest = study.monitor.mach_limit * std::sqrt(fluid::sound_speed_squared);
   study.fluid.grid = plane_box(study.nodes, study.plane);
   if (study.speeds.size() < 2)
     t.fail("speeds", "fewer than two", "an order needs two", "Give for example [0.02, 0.05, 0.1]");
   for (std::size_t i = 0; i < study.speeds.size(); ++i) {
     if (!(study.speeds[i] > (i == 0 ? 0.0 : study.speeds[i - 1])) || study.speeds[i] > fastest) {
       t.fail("speeds", fmt::format("'speeds' holds {}", study.speeds[i]),
-             fmt::format("they are positive, rise, and stay below the watch's limit, {:.3g}", fastest),
+             fmt::format("they are positive, rise, and stay below the monitor's limit, {:.3g}", fastest),
              "Give for example [0.02, 0.05, 0.1]");
     }
   }

@@ -25,7 +25,7 @@ scene::Forcing read_forcing(const io::Section& top) {
   const scene::CouplingSpec spec = engine::read_coupling(top);
   if (top.has("coupling")) {
     const io::Section table = top.table("coupling");
-    for (const char* key : {"nodes", "live"}) {
+    for (const char* key : {"nodes", "subcycled"}) {
       if (table.has(key)) {
         table.fail(key, fmt::format("'{}' is set", key), "the motion of these markers is given",
                    "Leave it out");

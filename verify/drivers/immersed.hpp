@@ -6,7 +6,7 @@
 
 #include "engine/study.hpp"
 #include "io/document.hpp"
-#include "observe/watch.hpp"
+#include "observe/check.hpp"
 #include "scene/prescribed_body.hpp"
 
 namespace veriflex::drivers::immersed {

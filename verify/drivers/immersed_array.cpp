@@ -10,7 +10,7 @@
 #include "base/root.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/immersed.hpp"
-#include "drivers/under_watch.hpp"
+#include "drivers/run_monitored.hpp"
 #include "engine/analytic/channel.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
@@ -46,7 +46,7 @@ struct Array {
   std::vector<double> relaxation_times;
   double velocity;  // of the flow, about  [L T^-1]
   double steady_change;
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
 };
 
 /// The markers, and what share of the surface times h each of them stands for.
@@ -160,13 +160,13 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
   double imbalance = INFINITY;
   int rounds = 0;
   for (;;) {
-    under_watch(*fluid, study.watch, fmt::format("tau = {}, {} nodes", relaxation_time, nodes),
-                [&](const std::function<void()>& look_when_due) {
-                  for (std::int64_t step = 0; step < settling; ++step) {
-                    body.advance(*fluid, Vec3::Zero());
-                    look_when_due();
-                  }
-                });
+    run_monitored(*fluid, study.monitor, fmt::format("tau = {}, {} nodes", relaxation_time, nodes),
+                  [&](const std::function<void()>& look_when_due) {
+                    for (std::int64_t step = 0; step < settling; ++step) {
+                      body.advance(*fluid, Vec3::Zero());
+                      look_when_due();
+                    }
+                  });
     ++rounds;
     imbalance = body.total_force()[0] / whole - 1.0;
     if (std::abs(imbalance) <= study.steady_change) break;
@@ -342,7 +342,7 @@ engine::Study read_array(const io::Section& top) {
       .relaxation_times = t.numbers("relaxation_times"),
       .velocity = read_positive(t, "velocity", 1e-4),
       .steady_change = read_positive(t, "steady_change", 1e-5),
-      .watch = engine::read_watch(top)};
+      .monitor = engine::read_monitor(top)};
   if (top.has("coupling") && top.table("coupling").has("marker_volume")) {
     top.table("coupling")
         .fail("marker_volume", "'marker_volume' is set",

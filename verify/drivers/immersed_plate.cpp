@@ -8,7 +8,7 @@
 
 #include "drivers/for_all.hpp"
 #include "drivers/immersed.hpp"
-#include "drivers/under_watch.hpp"
+#include "drivers/run_monitored.hpp"
 #include "engine/analytic/immersed.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
@@ -37,7 +37,7 @@ struct Plate {
   std::int64_t periods;
   double velocity;              // at the first resolution  [L T^-1]
   std::vector<int> iterations;  // held against run time, at the last resolution
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
 
   /// Grows as nodes^2, as diffusion takes.
   std::int64_t period_at(std::int64_t nodes) const {
@@ -108,13 +108,13 @@ Harmonics oscillate(const Plate& study, std::int64_t nodes, int iterations) {
     seen.force -= part * plate.total_force()[0] / static_cast<double>(breadth * breadth);
     seen.slip += part * plate.slip_of_fluid()(0, 0);
   };
-  under_watch(*fluid, study.watch, fmt::format("{} nodes, {} rounds", nodes, iterations),
-              [&](const std::function<void()>& look_when_due) {
-                for (std::int64_t step = 0; step < study.periods * period; ++step) {
-                  advance(step);
-                  look_when_due();
-                }
-              });
+  run_monitored(*fluid, study.monitor, fmt::format("{} nodes, {} rounds", nodes, iterations),
+                [&](const std::function<void()>& look_when_due) {
+                  for (std::int64_t step = 0; step < study.periods * period; ++step) {
+                    advance(step);
+                    look_when_due();
+                  }
+                });
   return seen;
 }
 
@@ -281,15 +281,15 @@ engine::Study read_plate(const io::Section& top) {
               .periods = t.integer("periods", 1, 10000),
               .velocity = read_positive(t, "velocity", 0.01),
               .iterations = {},
-              .watch = engine::read_watch(top)};
-  if (t.has("iterations")) {
-    for (const std::int64_t rounds : t.integers("iterations")) {
+              .monitor = engine::read_monitor(top)};
+  if (t.has("forcing_iterations")) {
+    for (const std::int64_t rounds : t.integers("forcing_iterations")) {
       if (rounds < 1 || rounds > 100) {
-        t.fail("iterations", fmt::format("'iterations' holds {}", rounds), "a step has 1 to 100 rounds",
-               "Give for example [1, 2, 4]");
+        t.fail("forcing_iterations", fmt::format("'forcing_iterations' holds {}", rounds),
+               "a step has 1 to 100 forcing iterations", "Give for example [1, 2, 4]");
       }
       if (std::find(study.iterations.begin(), study.iterations.end(), rounds) != study.iterations.end()) {
-        t.fail("iterations", fmt::format("'iterations' holds {} twice", rounds),
+        t.fail("forcing_iterations", fmt::format("'forcing_iterations' holds {} twice", rounds),
                "their metrics could not be told apart", "Leave one out");
       }
       study.iterations.push_back(static_cast<int>(rounds));

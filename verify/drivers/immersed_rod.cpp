@@ -11,7 +11,7 @@
 #include "base/root.hpp"
 #include "drivers/for_all.hpp"
 #include "drivers/immersed.hpp"
-#include "drivers/under_watch.hpp"
+#include "drivers/run_monitored.hpp"
 #include "engine/analytic/immersed.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
@@ -42,7 +42,7 @@ struct Rod {
   std::vector<std::int64_t> periods;  // of the oscillation  [T]
   std::vector<double> amplitudes;  // z0; the first everywhere, all at the first period in the largest box [L]
   std::int64_t cycles;             // run; the last is measured
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
 };
 
 constexpr std::int64_t most_period = 200'000;
@@ -124,14 +124,14 @@ Answer oscillate(const Rod& study, const Piece& piece) {
     carried[row] = motion.velocity + left.col(1).mean();
     slip += left.squaredNorm() / static_cast<double>(ring.rows() * piece.period);
   };
-  under_watch(*fluid, study.watch,
-              fmt::format("box of {} nodes, period {}, z0 = {}", piece.box, piece.period, piece.amplitude),
-              [&](const std::function<void()>& look_when_due) {
-                for (std::int64_t step = 0; step < study.cycles * piece.period; ++step) {
-                  advance(step);
-                  look_when_due();
-                }
-              });
+  run_monitored(*fluid, study.monitor,
+                fmt::format("box of {} nodes, period {}, z0 = {}", piece.box, piece.period, piece.amplitude),
+                [&](const std::function<void()>& look_when_due) {
+                  for (std::int64_t step = 0; step < study.cycles * piece.period; ++step) {
+                    advance(step);
+                    look_when_due();
+                  }
+                });
   const auto harmonics = basis.colPivHouseholderQr();
   const Eigen::VectorXd fit = harmonics.solve(force);
   const Eigen::VectorXd fit_carried = harmonics.solve(carried);
@@ -289,7 +289,7 @@ engine::Study read_rod(const io::Section& top) {
                   .periods = t.integers("oscillation_periods"),
                   .amplitudes = t.numbers("amplitudes"),
                   .cycles = t.integer("periods", 2, 10000),
-                  .watch = engine::read_watch(top)};
+                  .monitor = engine::read_monitor(top)};
   if (study.periods.empty() || *std::min_element(study.periods.begin(), study.periods.end()) < 8 ||
       *std::max_element(study.periods.begin(), study.periods.end()) > most_period) {
     t.fail("oscillation_periods",

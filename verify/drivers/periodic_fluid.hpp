@@ -39,16 +39,16 @@ void start(fluid::Fluid& fluid, const engine::DecayingFlow& flow, Start how);
 /// 2 pi/n  [L^-1]
 inline double wavenumber(std::int64_t n) { return 2.0 * std::numbers::pi / static_cast<double>(n); }
 
-/// Calls look(nodes) for all nodes of a box, some at a time and in order: what is asked of all at once may
+/// Calls visit(nodes) for all nodes of a box, some at a time and in order: what is asked of all at once may
 /// take more memory than the fluid.
-template <class Look>
-void in_parts(const Grid& grid, Look look) {
+template <class Visit>
+void in_parts(const Grid& grid, Visit visit) {
   constexpr std::int64_t most = 65536;
   std::vector<std::int64_t> nodes;
   for (std::int64_t from = 0; from < grid.count(); from += most) {
     nodes.resize(static_cast<std::size_t>(std::min(most, grid.count() - from)));
     std::iota(nodes.begin(), nodes.end(), from);
-    look(std::span<const std::int64_t>(nodes));
+    visit(std::span<const std::int64_t>(nodes));
   }
 }
 

@@ -77,11 +77,11 @@ class Body {
                              noisy_, Positions::Zero(noisy_.rows(), 3));
       const double start = motion.potential_energy();
       const double put_in = start - resting_energy();
-      watch(motion.displacement(), run);
+      track_lengths(motion.displacement(), run);
       for (std::int64_t step = 1; step <= study_.steps; ++step) {
         motion.step();
         if (step % 10 != 0 && step != study_.steps) continue;
-        watch(motion.displacement(), run);
+        track_lengths(motion.displacement(), run);
         const double change = std::abs(motion.potential_energy() + motion.kinetic_energy() - start);
         if (!(change <= study_.growth * put_in)) {
           run.end = End::grew;
@@ -111,7 +111,7 @@ class Body {
         .potential_energy();
   }
 
-  void watch(const Positions& u, Run& run) const {
+  void track_lengths(const Positions& u, Run& run) const {
     for (std::size_t b = 0; b < network_.bonds.size(); ++b) {
       const solid::Bond& bond = network_.bonds[b];
       const double r =
@@ -193,8 +193,8 @@ void run(const StabilityStudy& study, Observations& seen, Progress& progress, en
          "T",
          "middle of the last step that held and the first that failed, median of the seeds",
          {}},
-        {"dt_least", "", "T", "least of the seeds", {}},
-        {"dt_largest", "", "T", "largest of the seeds", {}},
+        {"dt_min", "", "T", "least of the seeds", {}},
+        {"dt_max", "", "T", "largest of the seeds", {}},
         {"linear_limit", "2/omega_max", "T", "of the pre-strained body", {}},
         {"ratio", "", "1", "dt over the linear limit", {}},
         {"longest", "", "1", "r/r0 just below the boundary, worst of the seeds, seen every tenth step", {}},
@@ -229,8 +229,8 @@ void run(const StabilityStudy& study, Observations& seen, Progress& progress, en
   const std::vector<double>& longest = record.find("longest")->values;
   const std::vector<double>& shortest = record.find("shortest")->values;
   seen.metrics = {
-      {"least_ratio", least_of(ratio), "1", "least boundary over its linear limit"},
-      {"largest_ratio", greatest_of(ratio), "1", "largest boundary over its linear limit"},
+      {"min_ratio", least_of(ratio), "1", "least boundary over its linear limit"},
+      {"max_ratio", greatest_of(ratio), "1", "largest boundary over its linear limit"},
       {"linear_limit", record.find("linear_limit")->values.front(), "T", "2/omega_max of the first row"},
       {"longest", greatest_of(longest), "1",
        "largest r/r0 in runs that counted as stable, seen every tenth step"},
@@ -292,9 +292,8 @@ engine::Study read_stability(const io::Section& top) {
                                     "no drive, no load",
                 .moves = true,
                 .is_free = is_free}),
-      .measures = {"least_ratio", "largest_ratio", "linear_limit", "longest", "shortest",
-                   "boundary.amplitude", "boundary.prestrain", "boundary.dt", "boundary.ratio",
-                   "boundary.linear_limit"},
+      .measures = {"min_ratio", "max_ratio", "linear_limit", "longest", "shortest", "boundary.amplitude",
+                   "boundary.prestrain", "boundary.dt", "boundary.ratio", "boundary.linear_limit"},
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
         run(study, seen, progress, cost);
       }};

@@ -173,7 +173,7 @@ void run(const TensileStudy& study, Observations& seen, Progress& progress, engi
     add_stress_strain(study, progress, seen);
     const std::vector<double>& residual = seen.records.back().find("residual")->values;
     seen.metrics.push_back(
-        {"largest_residual", std::accumulate(residual.begin(), residual.end(), 0.0, worse), "1",
+        {"max_residual", std::accumulate(residual.begin(), residual.end(), 0.0, worse), "1",
          "largest out-of-balance force over the largest tension or that of a strain of 1e-3, all states"});
     cost.finish("curve");
   }
@@ -223,7 +223,7 @@ engine::Study read_tensile(const io::Section& top) {
       .law = law,
       .derivation = derivation,
       .block = *block,
-      .lateral_held = top.table("solid").choice("lateral", {"held", "free"}) == "held",
+      .lateral_held = top.table("solid").choice("lateral", {"fixed", "free"}) == "fixed",
       .control =
           t.choice("control", {"displacement", "load"}) == "load" ? Control::load : Control::displacement,
       .points = {},
@@ -272,7 +272,7 @@ engine::Study read_tensile(const io::Section& top) {
   std::vector<std::string> measures{"young_modulus", "derived_young_modulus", "modulus_deviation",
                                     "order_one_sided", "order_central"};
   if (!study.points.empty()) {
-    measures.insert(measures.end(), {"largest_residual", "stress_strain.stress", "stress_strain.strain"});
+    measures.insert(measures.end(), {"max_residual", "stress_strain.stress", "stress_strain.strain"});
   }
   if (!study.sections.empty()) measures.insert(measures.end(), {"section_spread", "outer_face_ratio"});
   return {
@@ -281,7 +281,7 @@ engine::Study read_tensile(const io::Section& top) {
                 .solid = spec,
                 .method = fmt::format(
                     "Newton with line search, sparse Cholesky; ends held axially, lateral displacements {}",
-                    study.lateral_held ? "held (exact: C12 = 0)" : "free"),
+                    study.lateral_held ? "fixed (exact: C12 = 0)" : "free"),
                 .moves = false}),
       .measures = measures,
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {

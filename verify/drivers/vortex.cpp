@@ -5,8 +5,8 @@
 
 #include "base/reduce.hpp"
 #include "drivers/drivers.hpp"
-#include "drivers/march.hpp"
 #include "drivers/periodic_fluid.hpp"
+#include "drivers/run_fluid.hpp"
 #include "engine/convergence.hpp"
 
 namespace veriflex::drivers {
@@ -30,7 +30,7 @@ struct VortexStudy {
   double reynolds;                  // A N/nu: diffusive scaling, A falls as 1/N
   double decays;                    // e-foldings of the velocity over the run
   Start start;
-  observe::Watch watch;
+  observe::MonitorSpec monitor;
 };
 
 // Distances between two fields over the magnitude of the exact one, in each norm.
@@ -122,7 +122,7 @@ Row measure(const VortexStudy& study, const std::string& plane, fluid::Storage s
   const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec_of(study, plane, storage, n));
   start(*fluid, flow, study.start);
   cost.finish("start");
-  march(*fluid, row.steps, study.watch);
+  run_steps(*fluid, row.steps, study.monitor);
   cost.finish(phase);
   compare(*fluid, flow, storages_are_compared(study) && plane == study.planes.front(), row);
   cost.finish("errors");
@@ -288,7 +288,7 @@ engine::Study read_vortex(const io::Section& top) {
                     .reynolds = t.number("reynolds"),
                     .decays = t.number("decays"),
                     .start = Start::Balanced,
-                    .watch = engine::read_watch(top)};
+                    .monitor = engine::read_monitor(top)};
   if (t.has("start")) {
     const std::string start = t.choice("start", {"balanced", "without-swelling", "equilibrium"});
     study.start = start == "balanced"           ? Start::Balanced
@@ -316,10 +316,11 @@ engine::Study read_vortex(const io::Section& top) {
   require_steps(top.table("fluid"), study.decays / finest.decay_rate());
   const DecayingFlow coarsest = flow_of(study, study.planes.front(), study.nodes.front());
   const double mach = coarsest.amplitude / std::sqrt(fluid::sound_speed_squared);
-  if (mach > study.watch.mach_limit) {
-    t.fail("reynolds", fmt::format("the coarsest grid would start at Mach number {:.3g}", mach),
-           fmt::format("the watch's limit is {}: the flow is to be incompressible", study.watch.mach_limit),
-           "Use a smaller Reynolds number, more nodes or a smaller relaxation time");
+  if (mach > study.monitor.mach_limit) {
+    t.fail(
+        "reynolds", fmt::format("the coarsest grid would start at Mach number {:.3g}", mach),
+        fmt::format("the monitor's limit is {}: the flow is to be incompressible", study.monitor.mach_limit),
+        "Use a smaller Reynolds number, more nodes or a smaller relaxation time");
   }
   std::vector<fluid::Spec> runs;
   double kept = 0.0;  // velocities of the first plane  [bytes]

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "engine/ledger.hpp"
+#include "engine/renamed.hpp"
 #include "io/file.hpp"
 
 namespace veriflex::engine {
@@ -80,19 +81,19 @@ void read_target(const io::Section& s, Check& check, Case& c, const Shelf& shelf
     throw InputError(s.place(),
                      s.has("target") ? "both target and reference" : "neither target nor reference",
                      "a check compares with one number",
-                     "Give either reference (and quantity), or target, kind and source");
+                     "Give either reference (and quantity), or target, target_kind and source");
   }
   if (s.has("target")) {
     if (check.curve)
       s.fail("target", "a curve needs a reference", "its points stand in a table", "Name a reference");
     check.target = s.number("target");
-    check.kind = s.choice("kind", target_kinds());
+    check.target_kind = s.choice("target_kind", target_kinds());
     check.source = s.text("source");
     return;
   }
   check.reference = index_of_reference(s.text("reference"), c, shelf, s.place("reference"));
   const Reference& reference = c.references[*check.reference];
-  check.kind = reference.kind;
+  check.target_kind = reference.kind;
   check.source = reference.source;
   if (check.curve) {
     for (const std::string& column : {check.curve->x, check.curve->y}) {
@@ -158,7 +159,8 @@ void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
 Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
   Check check{};
   check.place = s.place();
-  check.question = s.choice("question", {"code", "claim"}) == "code" ? Question::code : Question::claim;
+  check.kind =
+      s.choice("kind", {"verification", "claim"}) == "claim" ? CheckKind::claim : CheckKind::verification;
   check.statement = s.text("statement");
   if (s.has("curve") == s.has("metric")) {
     throw InputError(s.place(), s.has("curve") ? "both metric and curve" : "neither metric nor curve",
@@ -186,10 +188,9 @@ Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
     s.fail("tolerance", "a relative tolerance of a target of zero", "nothing but exactly zero would pass",
            "Give an absolute tolerance");
   }
-  if (check.question == Question::claim) read_claim(s, check, shelf);
+  if (check.kind == CheckKind::claim) read_claim(s, check, shelf);
   for (const Check& other : c.checks) {
-    if (other.measure == check.measure && other.statement == check.statement &&
-        other.question == check.question) {
+    if (other.measure == check.measure && other.statement == check.statement && other.kind == check.kind) {
       s.fail("statement", fmt::format("the check of '{}' stands here twice", check.measure),
              "the first is at " + to_string(other.place),
              "Remove one, or say what it checks beyond the other");
@@ -223,7 +224,8 @@ std::vector<Assumption> read_assumed(const io::Section& top) {
 
 CaseHead head_of(const io::Section& top, const fs::path& path) {
   CaseHead head{path.stem().string(), "", "", "", {}, path, ""};
-  top.integer("schema", 1, 1);
+  const std::vector<InputError> old = old_names(top);
+  if (!old.empty()) throw InputError(old.front());
   const std::string id = top.text("id");
   if (id != head.id) {
     top.fail("id", fmt::format("id '{}' differs from the file's name", id), "they must agree",
@@ -265,6 +267,8 @@ std::string Case::name() const {
   return whole ? said : said + '+' + io::sha256(given).substr(0, 8);
 }
 
+std::string to_string(CheckKind kind) { return kind == CheckKind::claim ? "claim" : "verification"; }
+
 const std::vector<std::string>& tiers() {
   static const std::vector<std::string> names{"quick", "full", "paper"};
   return names;
@@ -285,13 +289,15 @@ Case read_parts(const io::Section& top, const fs::path& path, const std::vector<
   };
   Case c;
   c.path = path;
+  attempt(top, [&] { problems = old_names(top); });
+  if (!problems.empty()) return c;  // an old name would be said to be missing, too
   attempt(top, [&] {
     CaseHead head = head_of(top, path);
     c.id = std::move(head.id);
     c.title = std::move(head.title);
     c.tier = std::move(head.tier);
     c.topics = std::move(head.topics);
-    c.asks = top.text("asks");
+    c.question = top.text("question");
     c.equation = top.text("equation");
     c.sources = top.texts("sources");
     c.sources_at = top.place("sources");

@@ -12,10 +12,11 @@
 
 namespace veriflex::engine {
 
-enum class Question {
-  code,   // does the program satisfy the mathematics?
-  claim,  // does the published statement hold?
+enum class CheckKind {
+  verification,  // does the program satisfy the mathematics?
+  claim,         // does the published statement hold?
 };
+std::string to_string(CheckKind kind);
 
 struct Tolerance {
   bool relative;
@@ -37,7 +38,7 @@ struct Recorded {
 };
 
 struct Check {
-  Question question;
+  CheckKind kind;
   std::string statement;
   std::string measure;  // metric, or record.column for a curve
   std::optional<Curve> curve;
@@ -46,7 +47,7 @@ struct Check {
   Tolerance tolerance;
   std::optional<std::size_t>
       reference;  // index in Case::references; none when the case states the target itself
-  std::string kind;
+  std::string target_kind;
   std::string source;
   std::vector<std::string> claims;  // ledger entries that a claim's check judges
   std::optional<Recorded> refuted;  // given: the claim is expected not to hold
@@ -61,7 +62,7 @@ struct Assumption {
 };
 
 struct Case {
-  std::string id, title, asks, equation, driver, tier;
+  std::string id, title, question, equation, driver, tier;
   std::vector<std::string> topics, sources;
   Place sources_at;
   std::vector<Assumption> assumed;
@@ -73,7 +74,7 @@ struct Case {
   std::vector<Reference> references;
 
   /// What the result is called: the id, and for a case changed by `--set` what was set, in characters that
-  /// suit a file name: `id+bond.depth=2`, with a part of its checksum where that does not say it all.
+  /// suit a file name: `id+bond.epsilon=2`, with a part of its checksum where that does not say it all.
   std::string name() const;
 };
 

@@ -33,7 +33,7 @@ CitedChecks read_checks(const fs::path& path) {
   const std::vector<std::string> verdicts = file.texts("/checks/verdict");
   const std::vector<std::string> metrics = file.texts("/checks/metric");
   const std::vector<std::string> statements = file.texts("/checks/statement");
-  const std::vector<std::string> kinds = file.texts("/checks/kind");
+  const std::vector<std::string> kinds = file.texts("/checks/target_kind");
   const std::vector<std::string> holds = file.texts("/checks/holds");
   const std::vector<double> measured = file.numbers("/checks/measured");
   const std::vector<double> targets = file.numbers("/checks/target");

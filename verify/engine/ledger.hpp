@@ -49,7 +49,7 @@ const Entry& find_entry(const Ledger& ledger, const std::string& id, const Place
 struct Judgement {
   std::string case_id;
   std::string verdict;  // of the check: pass, fail or finding; "error" or "not run" of the case
-  std::string metric, statement, kind;
+  std::string metric, statement, target_kind;
   double measured, target, tolerance;
   bool outside;  // the statement holds beyond the tolerance of the target
 };

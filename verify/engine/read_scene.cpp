@@ -221,17 +221,17 @@ fluid::Spec read_fluid(const io::Section& top, Varied varied) {
   return spec;
 }
 
-observe::Watch read_watch(const io::Section& top) {
-  observe::Watch watch;
-  if (!top.has("watch")) return watch;
-  const io::Section table = top.table("watch");
-  if (table.has("every")) watch.every = table.integer("every", 1, 1'000'000'000);
-  watch.mach_limit = table.number("mach_limit", watch.mach_limit);
-  if (!(watch.mach_limit > 0.0)) {
-    table.fail("mach_limit", fmt::format("'mach_limit' is {}", watch.mach_limit), "nothing may move then",
+observe::MonitorSpec read_monitor(const io::Section& top) {
+  observe::MonitorSpec monitor;
+  if (!top.has("monitor")) return monitor;
+  const io::Section table = top.table("monitor");
+  if (table.has("every")) monitor.every = table.integer("every", 1, 1'000'000'000);
+  monitor.mach_limit = table.number("mach_limit", monitor.mach_limit);
+  if (!(monitor.mach_limit > 0.0)) {
+    table.fail("mach_limit", fmt::format("'mach_limit' is {}", monitor.mach_limit), "nothing may move then",
                "Give for example 0.3");
   }
-  return watch;
+  return monitor;
 }
 
 constexpr std::int64_t most_listed_node = 2'000'000'000;
@@ -267,9 +267,10 @@ scene::CouplingSpec read_coupling(const io::Section& top) {
     table.fail("marker_volume", fmt::format("'marker_volume' is {}", spec.marker_volume),
                "it lies between 1e-9 and 1e9", "1 is the paper's, one lattice cell");
   }
-  spec.live = table.flag("live", spec.live);
-  spec.force = table.flag("force", spec.force);
-  if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations", 1, 100));
+  spec.live = table.flag("subcycled", spec.live);
+  spec.force = table.flag("allow_unstable", spec.force);
+  if (table.has("forcing_iterations"))
+    spec.iterations = static_cast<int>(table.integer("forcing_iterations", 1, 100));
   return spec;
 }
 

@@ -4,7 +4,7 @@
 #include "bond/derive.hpp"
 #include "fluid/obstacle.hpp"
 #include "io/document.hpp"
-#include "observe/watch.hpp"
+#include "observe/check.hpp"
 #include "scene/coupling_spec.hpp"
 #include "scene/plan.hpp"
 
@@ -43,11 +43,11 @@ std::array<std::int64_t, 3> read_box(const io::Section& fluid);
 /// [fluid.obstacle]: the shape that read_fluid cuts out of the box; for drivers that refine it.
 fluid::Shape read_obstacle(const io::Section& fluid);
 
-/// [watch]: when a fluid is looked after, and how fast it may become. The table may be absent.
-observe::Watch read_watch(const io::Section& top);
+/// [monitor]: when a fluid is checked, and how fast it may become. The table may be absent.
+observe::MonitorSpec read_monitor(const io::Section& top);
 
-/// [coupling]: `delta`, `nodes`, `marker_volume`, `live`, `iterations`; all have defaults, and so the table
-/// may be absent.
+/// [coupling]: `delta`, `nodes`, `marker_volume`, `subcycled`, `forcing_iterations`; all have defaults, and
+/// so the table may be absent.
 scene::CouplingSpec read_coupling(const io::Section& top);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.

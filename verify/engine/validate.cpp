@@ -68,7 +68,7 @@ void check_citation(const std::string& citation, const Place& place, const std::
 void check_citations(const Case& c, const std::vector<std::string>& keys, Problems& problems) {
   for (const std::string& source : c.sources) check_citation(source, c.sources_at, keys, problems);
   for (const Check& check : c.checks) {
-    const bool published = check.kind.starts_with("published-") && !check.reference;
+    const bool published = check.target_kind.starts_with("published-") && !check.reference;
     if (published) check_citation(check.source, check.place, keys, problems);
   }
   for (const Reference& reference : c.references) {

@@ -186,10 +186,10 @@ TEST_CASE("Swimming and the change from period to period are measured over the l
 namespace {
 
 /// A small driven filament.
-const std::string stroke = R"(schema = 1
+const std::string stroke = R"(schema = 2
 id = "stroke"
 title = "A short filament"
-asks = "How far are the two laws apart?"
+question = "How far are the two laws apart?"
 equation = "max |dz|/z0"
 sources = []
 tier = "quick"
@@ -204,11 +204,11 @@ coupling = { marker_volume = 1.0 }
 filament = { node_mass = 1.0, substeps = 2, amplitude = 0.5, reynolds = 1.0, periods = 1 }
 
 [[check]]
-question = "code"
+kind = "verification"
 statement = "any number"
 metric = "deviation_z_max"
 target = 0.0
-kind = "analytic"
+target_kind = "analytic"
 source = "any"
 tolerance = { absolute = 1.0, reason = "only a number is wanted" }
 )";
@@ -286,7 +286,7 @@ TEST_CASE("Immersed bodies that have no room or no end are refused") {
       {"immersed-plate", "immersed.iterations=[1, 2, 2]", "holds 2 twice"},
       {"immersed-plate", "immersed.period=1000000000", "'period' is 1000000000"},
       {"immersed-rod", "fluid.relaxation_time=1e6", "the Stokes layer is"},
-      {"filament-companions-small", "variant.1.name=FIRST", "is no name"},
+      {"filament-sensitivity-small", "variant.1.name=FIRST", "is no name"},
       {"crossflow-harmonic", "fluid.nodes=[40, 20, 40]", "the rod overlaps its own image along y"},
       {"coupling-stability", "coupling_stability.point.0.stiffness=1e308", "it lies between"},
   };

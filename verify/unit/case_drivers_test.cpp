@@ -61,15 +61,16 @@ TEST_CASE("The drivers of beams, bars and motion refuse what they cannot answer,
           harmonic + angles + "[torsion]\nslenderness = 4\nsides = [3]\nsections = [8, 16]", "'sides'");
   refuses(drivers::read_shear, harmonic + angles + wide + "[shear]\nwidths = [8]", "rising");
   const std::string waves = "[waves]\npolarisation = \"transverse\"\namplitude = 1e-6\nperiods = 2\n";
-  refuses(drivers::read_waves, harmonic + chain + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
+  refuses(drivers::read_dispersion, harmonic + chain + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
           "Add [angle]");
-  refuses(drivers::read_waves, harmonic + angles + wide + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
+  refuses(drivers::read_dispersion,
+          harmonic + angles + wide + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
           "more than two nodes across");
-  refuses(drivers::read_waves, harmonic + angles + chain + waves + "modes = [1, 8]\nstep_over_limit = 0.5",
-          "free sections");
-  refuses(drivers::read_waves, harmonic + angles + chain + waves + "modes = [1, 2]\nstep_over_limit = 1.0",
-          "unstable from 1");
-  refuses(drivers::read_motion,
+  refuses(drivers::read_dispersion,
+          harmonic + angles + chain + waves + "modes = [1, 8]\nstep_over_limit = 0.5", "free sections");
+  refuses(drivers::read_dispersion,
+          harmonic + angles + chain + waves + "modes = [1, 2]\nstep_over_limit = 1.0", "unstable from 1");
+  refuses(drivers::read_integrator,
           harmonic + chain + "[motion]\nnoise = 0\nspeed = 1\nduration = 1\nsteps = [1, 2]", "'noise' is 0");
   refuses(drivers::read_invariance,
           harmonic + chain + "[invariance]\nnoise = 1\ntranslation = -1\ntime_step = 1\nsteps = 1",
@@ -82,7 +83,7 @@ TEST_CASE(
   const std::string study = chain + "[buckling]\nlengths = [8, 16]";
   const auto strain = [&](const std::string& stiffness) {
     return measured(drivers::read_buckling, harmonic + "[angle]\nstiffness = " + stiffness + "\n" + study,
-                    "largest_strain");
+                    "max_strain");
   };
   // P a = 4 k_a sin^2(pi/16) with P = k e, a = 1 - e.
   const double quarter = 4.0 * std::pow(std::sin(std::numbers::pi / 16.0), 2) / 0.26;
@@ -103,7 +104,7 @@ TEST_CASE("Theories of a body at rest refuse another spacing than the rest lengt
           message);
   refuses(drivers::read_shear, harmonic + angles + wide + "spacing = 1.05\n[shear]\nwidths = [3, 6]",
           message);
-  refuses(drivers::read_motion,
+  refuses(drivers::read_integrator,
           harmonic + stretched + "[motion]\nnoise = 0.01\nspeed = 0.01\nduration = 1\nsteps = [1, 2]",
           message);
   refuses(drivers::read_oscillation,
@@ -122,18 +123,18 @@ TEST_CASE("A stretched chain waves like a string: omega^2 = 4 s^2 (4 k_a s^2 + T
       law + "[angle]\nstiffness = 1.0\n[solid]\nshape = \"chain\"\nnodes = 21\nspacing = 1.01\n" +
       "[waves]\npolarisation = \"transverse\"\nmodes = [1, 2]\namplitude = 1e-6\nstep_over_limit = "
       "0.3\nperiods = 3\n";
-  CHECK(seen_by(drivers::read_waves, study).record("standing_waves")->find("omega_lattice")->values[0] ==
+  CHECK(seen_by(drivers::read_dispersion, study).record("standing_waves")->find("omega_lattice")->values[0] ==
         Approx(0.158031).margin(1e-6));
-  CHECK(measured(drivers::read_waves, study, "frequency_error") < 1e-5);
+  CHECK(measured(drivers::read_dispersion, study, "frequency_error") < 1e-5);
   // Compressed beyond what its angles hold, it gives way instead.
-  CHECK_THROWS_WITH(measured(drivers::read_waves, replaced(study, "1.01", "0.95"), "frequency_error"),
+  CHECK_THROWS_WITH(measured(drivers::read_dispersion, replaced(study, "1.01", "0.95"), "frequency_error"),
                     ContainsSubstring("mode 1 does not swing"));
 }
 
 TEST_CASE("A time step beyond the linear limit is refused by its name") {
   const std::string study =
       harmonic + chain + "[motion]\nnoise = 0.01\nspeed = 0.01\nduration = 2000\nsteps = [400, 800]";
-  CHECK_THROWS_WITH(measured(drivers::read_motion, study, "energy_error"),
+  CHECK_THROWS_WITH(measured(drivers::read_integrator, study, "energy_error"),
                     ContainsSubstring("leap-frog is unstable: the time step 5 is"));
   CHECK_THROWS_WITH(
       measured(drivers::read_invariance,
@@ -193,15 +194,15 @@ TEST_CASE("A stiff column buckles at a large strain, or never") {
            "\n[solid]\nshape = \"chain\"\nnodes = 5\n[buckling]\nlengths = [4, 8]";
   };
   // e (1 - e) = 4 sin^2(pi/8) k_a/k.
-  CHECK(measured(drivers::read_buckling, column(harmonic, "0.108"), "largest_strain") ==
+  CHECK(measured(drivers::read_buckling, column(harmonic, "0.108"), "max_strain") ==
         Approx(0.41830957272223324).epsilon(1e-9));
-  CHECK_THROWS_WITH(measured(drivers::read_buckling, column(harmonic, "0.112"), "largest_strain"),
+  CHECK_THROWS_WITH(measured(drivers::read_buckling, column(harmonic, "0.112"), "max_strain"),
                     ContainsSubstring("the column of 4 spacings never buckles"));
   // That of harmonic bonds beside it may be absent.
   const auto seen =
       seen_by(drivers::read_buckling,
               column("[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 0.26\nrest_length = 1.0\n", "0.15"));
-  CHECK(seen.metric("largest_strain")->value == Approx(0.30519).margin(1e-5));
+  CHECK(seen.metric("max_strain")->value == Approx(0.30519).margin(1e-5));
   CHECK(seen.metric("engesser_error")->value < 1e-6);
   CHECK(seen.metric("over_harmonic") == nullptr);
   CHECK(std::isnan(seen.record("buckling")->find("over_harmonic")->values.front()));
@@ -234,9 +235,9 @@ TEST_CASE("Numbers without sense in the keys of these drivers are refused, not r
           harmonic + angles + chain + "[beam]\nlengths = [3]\nclamped = 1\nfrequencies = 9",
           "'frequencies' is 9");
   const std::string waves = "[waves]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\nperiods = 2\n";
-  refuses(drivers::read_waves, harmonic + chain + waves + "amplitude = 1e-308\nstep_over_limit = 0.5",
+  refuses(drivers::read_dispersion, harmonic + chain + waves + "amplitude = 1e-308\nstep_over_limit = 0.5",
           "'amplitude' is 1e-308");
-  refuses(drivers::read_waves, harmonic + chain + waves + "amplitude = 1e-6\nstep_over_limit = 1e-308",
+  refuses(drivers::read_dispersion, harmonic + chain + waves + "amplitude = 1e-6\nstep_over_limit = 1e-308",
           "'step_over_limit' is 1e-308");
   refuses(drivers::read_oscillation,
           harmonic + "[solid]\nshape = \"pair\"\n[oscillation]\nstrain = 0.1\nperiods = 3\n" +

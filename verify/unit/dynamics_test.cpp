@@ -15,8 +15,8 @@ namespace {
 
 const bond::AnyLaw paper_fene =
     bond::make_law("fene-lj", [](const std::string& name) -> std::optional<double> {
-      if (name == "depth") return 2.86970720062559e-4;
-      if (name == "diameter") return 1.040694052478347;
+      if (name == "epsilon") return 2.86970720062559e-4;
+      if (name == "sigma") return 1.040694052478347;
       return std::nullopt;
     });
 const Material glsm{bond::Harmonic{0.26, 1.0}, 0.025};

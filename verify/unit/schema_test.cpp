@@ -153,7 +153,7 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
   CHECK(undocumented(asked, paths) == none);
 
   std::vector<fs::path> sources = files(root / "verify" / "drivers", ".cpp");
-  for (const fs::path& kind : files(root / "verify" / "drivers" / "compare", ".cpp")) sources.push_back(kind);
+  for (const fs::path& kind : files(root / "verify" / "drivers" / "peer", ".cpp")) sources.push_back(kind);
   sources.push_back(root / "verify" / "engine" / "case.cpp");
   sources.push_back(root / "verify" / "engine" / "read_scene.cpp");
   const ReadersSource source = scan(sources);

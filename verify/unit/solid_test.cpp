@@ -16,7 +16,7 @@ using namespace veriflex::solid;
 namespace {
 
 const bond::AnyLaw fene_lj = bond::make_law("fene-lj", [](const std::string& name) -> std::optional<double> {
-  return name == "depth" || name == "diameter" ? std::optional(1.0) : std::nullopt;
+  return name == "epsilon" || name == "sigma" ? std::optional(1.0) : std::nullopt;
 });
 const bond::AnyLaw harmonic = bond::Harmonic{0.26, 1.0};
 const bond::AnyLaw shifted = bond::ShiftedFene{0.26, 1.0, 0.5};
@@ -250,10 +250,10 @@ TEST_CASE("Load control finds the strain that displacement control was given") {
 
 TEST_CASE("However large the load, no step goes over the bond's limit") {
   const Block chain = block_of(fene_lj, 1, 1, 5);
-  const double reach = *bond::derive(fene_lj).strain_at_reach;
+  const double r_max = *bond::derive(fene_lj).strain_at_r_max;
   for (const double stress : {1e3, 1e5, 1e7}) {
     const Pulled p = pull_with_stress(fene_lj, chain, true, stress);
-    CHECK(p.strain < reach);
+    CHECK(p.strain < r_max);
     CHECK(p.strain > 0.4);
     CHECK(p.residual <= 1e-12);
   }
