@@ -142,7 +142,7 @@ struct Least {
 };
 
 template <BondLaw Law>
-Least least_tangent_in_tension(const Law& law, double rest, double k0) {
+Least min_tangent_in_tension(const Law& law, double rest, double k0) {
   const auto ratio = [&](double r) { return law.stiffness(r) / k0; };
   const double end = std::isfinite(law.domain().hi) ? law.domain().hi : rest * (1.0 + max_strain);
   Least least{1.0, 0.0};
@@ -203,7 +203,7 @@ Derivation derive_law(const Law& law) {
                        .tangent_below = law.stiffness(below(r)) / k0,
                        .tangent_above = law.stiffness(r) / k0});
   }
-  const Least least = least_tangent_in_tension(law, rest, k0);
+  const Least least = min_tangent_in_tension(law, rest, k0);
   d.min_tangent_ratio = least.ratio;
   d.min_tangent_strain = least.strain;
 

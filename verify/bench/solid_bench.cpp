@@ -84,11 +84,11 @@ void angles_alone(benchmark::State& state, const Body& body) {
   solid::Workspace work;
   if (!solid::deform(bond::Harmonic{0.26, 1.0}, network, noise(network), work))
     state.SkipWithError("undefined");
-  const solid::AngleFans fans = solid::arrange(network.angles, network.bonds.size());
+  const solid::AngleStars stars = solid::arrange(network.angles, network.bonds.size());
   Positions g = Positions::Zero(work.d.rows(), 3);
   for (auto _ : state) {
     const bool defined =
-        solid::add_angle_gradients(fans, work.d.data(), network.bonds.size(), angle_stiffness, g.data());
+        solid::add_angle_gradients(stars, work.d.data(), network.bonds.size(), angle_stiffness, g.data());
     benchmark::DoNotOptimize(defined);
   }
   state.counters["per_angle"] = each_of(network.angles.size());

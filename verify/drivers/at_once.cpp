@@ -17,7 +17,7 @@ struct Need {
   double populations, beside;  // [bytes]
 };
 
-scene::Plan plan_of(const io::Section& top, const std::vector<fluid::Spec>& runs, std::size_t at_once,
+scene::Plan plan_of(const io::Table& top, const std::vector<fluid::Spec>& runs, std::size_t at_once,
                     const Beside& beside, double kept) {
   std::vector<Need> needs;
   for (const fluid::Spec& run : runs)
@@ -33,7 +33,7 @@ scene::Plan plan_of(const io::Section& top, const std::vector<fluid::Spec>& runs
     others += need.beside;
   }
   if (const double available = available_memory_bytes(); populations + others > available) {
-    const io::Section fluid = top.table("fluid");
+    const io::Table fluid = top.table("fluid");
     const std::string problem = fmt::format("{} runs at once do not fit into memory", needs.size());
     const std::string why = fmt::format("they take {:.3g} GB, {:.3g} GB are available",
                                         (populations + others) * 1e-9, available * 1e-9);
@@ -54,12 +54,12 @@ scene::Plan plan_of(const io::Section& top, const std::vector<fluid::Spec>& runs
 
 }  // namespace
 
-scene::Plan plan_at_once(const io::Section& top, const std::vector<fluid::Spec>& runs, const Beside& beside,
+scene::Plan plan_at_once(const io::Table& top, const std::vector<fluid::Spec>& runs, const Beside& beside,
                          double kept) {
   return plan_of(top, runs, static_cast<std::size_t>(omp_get_max_threads()), beside, kept);
 }
 
-scene::Plan plan_in_turn(const io::Section& top, const std::vector<fluid::Spec>& runs, double kept) {
+scene::Plan plan_in_turn(const io::Table& top, const std::vector<fluid::Spec>& runs, double kept) {
   return plan_of(top, runs, 1, {}, kept);
 }
 

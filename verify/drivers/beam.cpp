@@ -38,7 +38,7 @@ double bending_energy(const BeamStudy& study, const solid::Network& network) {
   const double mean = network.rest.col(0).mean();
   u.col(2) = -(network.rest.col(0).array() - mean) * network.rest.col(2).array();
   u.col(0) = 0.5 * network.rest.col(2).array().square();
-  const solid::Held free = solid::Held::Constant(network.node_count(), 3, false);
+  const solid::FixedDofs free = solid::FixedDofs::Constant(network.node_count(), 3, false);
   const auto h = solid::free_hessian(study.material, network, Positions::Zero(network.node_count(), 3), free);
   const Eigen::VectorXd flat = u.reshaped();
   return flat.dot(h * flat);
@@ -71,7 +71,7 @@ BeamSection measured_section(const BeamStudy& study) {
 double tip_deflection(const BeamStudy& study, const BeamSection& section, std::int64_t length) {
   const solid::Network network = beam_of(study, length + study.clamped);
   const auto per_section = static_cast<Eigen::Index>(section.nodes);
-  solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
+  solid::FixedDofs held = solid::FixedDofs::Constant(network.node_count(), 3, false);
   held.topRows(per_section * study.clamped).setConstant(true);
   Positions load = Positions::Zero(network.node_count(), 3);
   load.col(0).tail(per_section).setConstant(1.0 / section.nodes);
@@ -94,7 +94,7 @@ double beam_root(int k) {
 void compare_frequencies(const BeamStudy& study, const BeamSection& section, Observations& seen) {
   const std::int64_t length = study.lengths.back();
   const solid::Network network = beam_of(study, length + study.clamped);
-  solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
+  solid::FixedDofs held = solid::FixedDofs::Constant(network.node_count(), 3, false);
   held.topRows(static_cast<Eigen::Index>(section.nodes) * study.clamped).setConstant(true);
   // Bending in x only: the same frequencies appear once.
   held.col(1).setConstant(true);
@@ -179,10 +179,10 @@ void run(const BeamStudy& study, Observations& seen, Progress& progress, engine:
 
 }  // namespace
 
-engine::Study read_beam(const io::Section& top) {
+engine::Study read_beam(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
-  const io::Section t = top.table("beam");
+  const io::Table t = top.table("beam");
   BeamStudy study{
       .material = {law, engine::read_angle_stiffness(top)},
       .section = engine::read_solid_at_rest(top, law, rest_length),

@@ -117,7 +117,7 @@ std::optional<Critical> predicted(const BucklingStudy& study, std::int64_t lengt
 Critical measured(const BucklingStudy& study, std::int64_t length, double expected) {
   const solid::Network network = scene::build(with_sections(study.section, length + 1));
   const auto per_section = network.node_count() / (length + 1);
-  solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
+  solid::FixedDofs held = solid::FixedDofs::Constant(network.node_count(), 3, false);
   held.col(1).setConstant(true);  // buckling in the x-z plane
   held.col(0).head(per_section).setConstant(true);
   held.col(0).tail(per_section).setConstant(true);
@@ -254,10 +254,10 @@ void run(const BucklingStudy& study, Observations& seen, Progress& progress, eng
 
 }  // namespace
 
-engine::Study read_buckling(const io::Section& top) {
+engine::Study read_buckling(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
-  const io::Section t = top.table("buckling");
+  const io::Table t = top.table("buckling");
   const BucklingStudy study{.material = {law, engine::read_angle_stiffness(top)},
                             .section = engine::read_solid_at_rest(top, law, rest_length),
                             .lengths = t.integers("lengths")};

@@ -18,15 +18,15 @@ namespace channel {
 
 namespace {
 
-constexpr std::int64_t most_across = 4096;
-constexpr double least_velocity = 1e-30;  // its square and that of its rounding are still numbers in float
+constexpr std::int64_t max_across = 4096;
+constexpr double min_velocity = 1e-30;  // its square and that of its rounding are still numbers in float
 
 /// The least change per step that is asked for: a few roundings of the velocity over 100 steps.
 double steady_within_reach(fluid::Storage storage) { return 4.0 * min_change(storage); }
 
-std::vector<std::int64_t> read_resolutions(const io::Section& t) {
+std::vector<std::int64_t> read_resolutions(const io::Table& t) {
   const std::vector<std::int64_t> nodes = t.integers("resolutions");
-  if (nodes.size() < 2 || nodes.front() < 2 || nodes.back() > most_across) {
+  if (nodes.size() < 2 || nodes.front() < 2 || nodes.back() > max_across) {
     t.fail("resolutions", "fewer than two, or not between 2 and 4096 nodes", "an order needs two of them",
            "Give for example [8, 16, 32]");
   }
@@ -40,8 +40,8 @@ std::vector<std::int64_t> read_resolutions(const io::Section& t) {
 
 }  // namespace
 
-Common read_common(const io::Section& top) {
-  const io::Section table = top.table("fluid");
+Common read_common(const io::Table& top) {
+  const io::Table table = top.table("fluid");
   Common common{engine::read_fluid(top, engine::Varied::Nodes), read_resolutions(top.table("channel")),
                 engine::read_monitor(top)};
   for (const char* key : {"body_force", "walls_x", "walls_y", "walls_z", "obstacle"}) {
@@ -53,23 +53,23 @@ Common read_common(const io::Section& top) {
   return common;
 }
 
-double read_velocity(const io::Section& t, const Common& common) {
+double read_velocity(const io::Table& t, const Common& common) {
   const double velocity = t.number("velocity");
-  const double least = velocity * static_cast<double>(common.resolutions.front()) /
+  const double smallest = velocity * static_cast<double>(common.resolutions.front()) /
                        static_cast<double>(common.resolutions.back());
   if (!(velocity > 0.0)) {
     t.fail("velocity", fmt::format("'velocity' is {}", velocity), "nothing would flow",
            "Give for example 0.01");
   }
-  if (least < least_velocity) {
+  if (smallest < min_velocity) {
     t.fail("velocity", fmt::format("'velocity' is {}", velocity),
-           fmt::format("below {} at the finest resolution squares are lost to underflow", least_velocity),
+           fmt::format("below {} at the finest resolution squares are lost to underflow", min_velocity),
            "Give for example 0.01");
   }
   return velocity;
 }
 
-Steady read_steady(const io::Section& t, double change, fluid::Storage storage) {
+Steady read_steady(const io::Table& t, double change, fluid::Storage storage) {
   const double least = steady_within_reach(storage);
   const Steady steady{
       t.number("steady_change", std::max(change, least)),
@@ -89,7 +89,7 @@ double slowest_rate(double relaxation_time, double width) {
   return std::min(pi * pi * fluid::viscosity(relaxation_time) / (width * width), 1.0 / relaxation_time);
 }
 
-void require_in_reach(const io::Section& t, const Steady& steady, double rate, const std::string& flow) {
+void require_in_reach(const io::Table& t, const Steady& steady, double rate, const std::string& flow) {
   // The change per step is rate exp(-rate t). Half of that time, since amplitudes are known roughly only.
   const double steps = 0.5 * std::log(std::max(1.0, rate / steady.change)) / rate;
   if (steps <= static_cast<double>(steady.step_limit)) return;
@@ -169,7 +169,7 @@ std::vector<std::string> convergence_measures() {
 
 }  // namespace channel
 
-engine::Study read_channel(const io::Section& top) {
+engine::Study read_channel(const io::Table& top) {
   const std::string flow =
       top.table("channel").choice("flow", {"poiseuille", "couette", "duct", "womersley", "array"});
   if (flow == "poiseuille") return channel::read_poiseuille(top);

@@ -21,20 +21,20 @@ struct Common {
   observe::MonitorSpec monitor;
 };
 
-Common read_common(const io::Section& top);
+Common read_common(const io::Table& top);
 
 /// [channel] `velocity` at the first resolution; it falls as 1/nodes  [L T^-1].
-double read_velocity(const io::Section& t, const Common& common);
+double read_velocity(const io::Table& t, const Common& common);
 
 /// `steady_change` and `step_limit`. `change` is the default with populations in double; what their storage
 /// cannot meet is refused.
-Steady read_steady(const io::Section& t, double change, fluid::Storage storage);
+Steady read_steady(const io::Table& t, double change, fluid::Storage storage);
 
 /// At which the slowest mode across a gap, or what never meets a wall, comes to rest  [T^-1].
 double slowest_rate(double relaxation_time, double width);
 
 /// Refuses at `step_limit` a flow, named in the message, that comes to rest too slowly for it.
-void require_in_reach(const io::Section& t, const Steady& steady, double rate, const std::string& flow);
+void require_in_reach(const io::Table& t, const Steady& steady, double rate, const std::string& flow);
 
 /// Nodes along an axis along which nothing varies.
 constexpr std::int64_t breadth = 4;
@@ -64,10 +64,10 @@ void add_errors(observe::Observations& seen, std::int64_t nodes, const Norms& er
 void add_convergence(observe::Observations& seen);
 std::vector<std::string> convergence_measures();
 
-engine::Study read_poiseuille(const io::Section& top);
-engine::Study read_couette(const io::Section& top);
-engine::Study read_duct(const io::Section& top);
-engine::Study read_womersley(const io::Section& top);
-engine::Study read_array(const io::Section& top);
+engine::Study read_poiseuille(const io::Table& top);
+engine::Study read_couette(const io::Table& top);
+engine::Study read_duct(const io::Table& top);
+engine::Study read_womersley(const io::Table& top);
+engine::Study read_array(const io::Table& top);
 
 }  // namespace veriflex::drivers::channel

@@ -65,9 +65,9 @@ double exact_drag(const Grid& grid, const fluid::Shape& shape, double radius) {
 double radius_of_drag(const Grid& grid, const fluid::Shape& shape, double drag) {
   const double own = std::visit([](const auto& s) { return s.radius; }, shape);
   const auto excess = [&](double radius) { return exact_drag(grid, shape, radius) - drag; };
-  const double least = 0.75 * own, most = 1.25 * own;
-  if (excess(least) > 0.0 || excess(most) < 0.0) return std::numeric_limits<double>::quiet_NaN();
-  return bracketed_root(excess, least, most);
+  const double low = 0.75 * own, high = 1.25 * own;
+  if (excess(low) > 0.0 || excess(high) < 0.0) return std::numeric_limits<double>::quiet_NaN();
+  return bracketed_root(excess, low, high);
 }
 
 /// The radius of the shape whose volume is that of the voxels.
@@ -204,7 +204,7 @@ void run(const Array& study, Observations& seen, Progress& progress) {
         "radius that has the measured drag, beyond the one that has the voxels' volume; finest resolution"}});
 }
 
-std::size_t read_flow_axis(const io::Section& fluid, const fluid::Spec& spec, const fluid::Shape& shape) {
+std::size_t read_flow_axis(const io::Table& fluid, const fluid::Spec& spec, const fluid::Shape& shape) {
   const auto* cylinder = std::get_if<fluid::Cylinder>(&shape);
   const Vec3& g = spec.body_force;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -217,9 +217,9 @@ std::size_t read_flow_axis(const io::Section& fluid, const fluid::Spec& spec, co
 
 }  // namespace
 
-engine::Study read_array(const io::Section& top) {
-  const io::Section t = top.table("channel");
-  const io::Section table = top.table("fluid");
+engine::Study read_array(const io::Table& top) {
+  const io::Table t = top.table("channel");
+  const io::Table table = top.table("fluid");
   const fluid::Spec spec = engine::read_fluid(top);
   const fluid::Shape shape = engine::read_obstacle(table);
   for (const char* key : {"walls_x", "walls_y", "walls_z"}) {

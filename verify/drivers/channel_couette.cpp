@@ -128,8 +128,8 @@ void run(const Couette& study, Observations& seen, Progress& progress) {
 
 }  // namespace
 
-engine::Study read_couette(const io::Section& top) {
-  const io::Section t = top.table("channel");
+engine::Study read_couette(const io::Table& top) {
+  const io::Table t = top.table("channel");
   const Common common = read_common(top);
   const Couette study{.common = common,
                       .steady = read_steady(t, 1e-15, common.fluid.storage),

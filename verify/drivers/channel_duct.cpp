@@ -177,8 +177,8 @@ void run(const Duct& study, Observations& seen, Progress& progress) {
 
 }  // namespace
 
-engine::Study read_duct(const io::Section& top) {
-  const io::Section t = top.table("channel");
+engine::Study read_duct(const io::Table& top) {
+  const io::Table t = top.table("channel");
   const Common common = read_common(top);
   const Duct study{.common = common,
                    .steady = read_steady(t, 1e-12, common.fluid.storage),

@@ -198,7 +198,7 @@ void measure_convergence(const Poiseuille& study, Progress& progress, Observatio
 
 /// After this many H^2/nu the slowest mode has fallen by exp(-2.5 pi^2) = 2e-11.
 constexpr double viscous_times = 2.5;
-constexpr double most_steps = 1e9;
+constexpr double max_steps = 1e9;
 constexpr std::int64_t row = 32;  // nodes along x: full vectors in both storages
 
 double work_steps(const Poiseuille& study, std::int64_t nodes) {
@@ -258,7 +258,7 @@ void run(const Poiseuille& study, Observations& seen, Progress& progress, engine
   if (!study.storages.empty()) measure_work(study, cost, seen);
 }
 
-std::vector<fluid::Storage> read_storages(const io::Section& t) {
+std::vector<fluid::Storage> read_storages(const io::Table& t) {
   std::vector<fluid::Storage> storages;
   for (const std::string& name : t.texts("storages")) {
     if (storages.size() == 2) t.fail("storages", "more than two", "there are two", "Name each at most once");
@@ -276,7 +276,7 @@ std::vector<fluid::Storage> read_storages(const io::Section& t) {
 
 namespace {
 
-void require_in_reach(const io::Section& t, const Poiseuille& study) {
+void require_in_reach(const io::Table& t, const Poiseuille& study) {
   const std::vector<std::int64_t>& resolutions = study.common.resolutions;
   const auto require = [&](double tau, std::int64_t nodes) {
     channel::require_in_reach(t, study.steady, slowest_rate(tau, static_cast<double>(nodes)),
@@ -284,13 +284,13 @@ void require_in_reach(const io::Section& t, const Poiseuille& study) {
   };
   for (const double tau : study.relaxation_times) require(tau, resolutions.front());
   require(study.common.fluid.relaxation_time, resolutions.back());
-  if (study.storages.empty() || work_steps(study, resolutions.back()) <= most_steps) return;
+  if (study.storages.empty() || work_steps(study, resolutions.back()) <= max_steps) return;
   t.fail("storages", fmt::format("a run would take {:.3g} steps", work_steps(study, resolutions.back())),
-         fmt::format("{:.1g} is the most", most_steps), "Use fewer nodes or a larger relaxation time");
+         fmt::format("{:.1g} is the most", max_steps), "Use fewer nodes or a larger relaxation time");
 }
 
 /// The plans of all that is run: at once for slip and convergence, in turn for the work.
-scene::Plan plan_of(const io::Section& top, const Poiseuille& study) {
+scene::Plan plan_of(const io::Table& top, const Poiseuille& study) {
   std::vector<fluid::Spec> steady, work;
   for (const Piece& piece : slip_pieces(study)) steady.push_back(spec_of(study, piece));
   for (const std::int64_t nodes : study.common.resolutions) {
@@ -310,8 +310,8 @@ scene::Plan plan_of(const io::Section& top, const Poiseuille& study) {
 
 }  // namespace
 
-engine::Study read_poiseuille(const io::Section& top) {
-  const io::Section t = top.table("channel");
+engine::Study read_poiseuille(const io::Table& top) {
+  const io::Table t = top.table("channel");
   const Common common = read_common(top);
   Poiseuille study{.common = common,
                    .steady = read_steady(t, 1e-15, common.fluid.storage),

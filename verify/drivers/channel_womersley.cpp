@@ -22,7 +22,7 @@ using observe::Record;
 
 constexpr int phases = 8;  // shown, of a period
 constexpr int shown = 4;   // the other half is the same with the sign changed
-constexpr double most_steps = 1e9;
+constexpr double max_steps = 1e9;
 
 struct Womersley {
   Common common;
@@ -164,8 +164,8 @@ double beside_of(const Womersley& study, const fluid::Spec& spec) {
 
 }  // namespace
 
-engine::Study read_womersley(const io::Section& top) {
-  const io::Section t = top.table("channel");
+engine::Study read_womersley(const io::Table& top) {
+  const io::Table t = top.table("channel");
   const Common common = read_common(top);
   const Womersley study{.common = common,
                         .velocity = read_velocity(t, common),
@@ -181,9 +181,9 @@ engine::Study read_womersley(const io::Section& top) {
   }
   const double steps =
       static_cast<double>(study.periods) * static_cast<double>(period_of(study, common.resolutions.back()));
-  if (steps > most_steps) {
+  if (steps > max_steps) {
     t.fail("period", fmt::format("the finest resolution would take {:.3g} steps", steps),
-           fmt::format("{:.1g} is the most", most_steps), "Use a shorter period or fewer of them");
+           fmt::format("{:.1g} is the most", max_steps), "Use a shorter period or fewer of them");
   }
   std::vector<std::string> measures = convergence_measures();
   measures.insert(measures.end(), {"axis_difference", "womersley_number"});

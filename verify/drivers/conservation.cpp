@@ -204,9 +204,9 @@ std::vector<std::string> measures_of(const Conservation& study) {
 
 }  // namespace
 
-engine::Study read_conservation(const io::Section& top) {
-  const io::Section table = top.table("fluid");
-  const io::Section t = top.table("conservation");
+engine::Study read_conservation(const io::Table& top) {
+  const io::Table table = top.table("fluid");
+  const io::Table t = top.table("conservation");
   Conservation study{.fluid = engine::read_fluid(top),
                      .steps = t.integer("steps", samples, 1'000'000'000),
                      .velocity = t.number("velocity"),

@@ -186,7 +186,7 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
                  {"measured", "m", "M", "middle of the last mass that grew and the first that did not", {}},
                  {"ratio", "", "1", "measured over predicted", {}},
                  {"growth", "", "1", "of the map at the measured mass, per step", {}}}};
-  double least = INFINITY, largest = 0.0, growth = 0.0;
+  double smallest = INFINITY, largest = 0.0, growth = 0.0;
   for (std::size_t i = 0; i < found.size(); ++i) {
     const Point& p = study.points[i];
     if (!found[i]) continue;
@@ -194,7 +194,7 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
     const double ratio = b.measured / b.predicted;
     record.append({static_cast<double>(i), b.markers, static_cast<double>(p.substeps), p.live ? 1.0 : 0.0,
                    p.stiffness, p.relaxation_time, b.predicted, b.forgetful, b.measured, ratio, b.growth});
-    least = lesser(least, ratio);
+    smallest = lesser(smallest, ratio);
     largest = worse(largest, ratio);
     growth = worse(growth, b.growth);
     seen.metrics.push_back({"predicted_" + p.name, b.predicted, "M", "least stable node mass of the map"});
@@ -208,7 +208,7 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
   }
   seen.records.push_back(record);
   if (broken) std::rethrow_exception(broken);
-  seen.metrics.push_back({"min_ratio", least, "1", "least measured over predicted"});
+  seen.metrics.push_back({"min_ratio", smallest, "1", "smallest measured over predicted"});
   seen.metrics.push_back({"max_ratio", largest, "1", "largest measured over predicted"});
   seen.metrics.push_back(
       {"growth_at_boundary", growth, "1",
@@ -229,7 +229,7 @@ void check(const CouplingStability& study, const Place& box) {
   }
 }
 
-Point read_point(const io::Section& t, double relaxation_time) {
+Point read_point(const io::Table& t, double relaxation_time) {
   const std::string nodes = t.choice("nodes", {"boundary", "ring", "all"});
   Point point{.name = t.text("name"),
               .coupled = nodes == "boundary" ? scene::Coupled::Boundary
@@ -251,7 +251,7 @@ Point read_point(const io::Section& t, double relaxation_time) {
 
 }  // namespace
 
-engine::Study read_coupling_stability(const io::Section& top) {
+engine::Study read_coupling_stability(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
@@ -260,7 +260,7 @@ engine::Study read_coupling_stability(const io::Section& top) {
     top.table("solid").fail("shape", "the body is no rod", "'ring' means the surface without end caps",
                             "Use shape = \"rod\"");
   }
-  const io::Section t = top.table("coupling_stability");
+  const io::Table t = top.table("coupling_stability");
   CouplingStability study{.fluid = engine::read_fluid(top),
                           .rod = *rod,
                           .material = {law, solid.angle_stiffness},
@@ -275,7 +275,7 @@ engine::Study read_coupling_stability(const io::Section& top) {
                                     "coupling_boundary.measured",
                                     "coupling_boundary.predicted",
                                     "coupling_boundary.ratio"};
-  for (const io::Section& entry : t.tables("point")) {
+  for (const io::Table& entry : t.tables("point")) {
     const Point point = read_point(entry, study.fluid.relaxation_time);
     for (const Point& before : study.points) {
       if (before.name == point.name) {

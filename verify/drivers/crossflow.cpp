@@ -50,10 +50,10 @@ scene::Body body_of(const Crossflow& study) {
   network.vectors = scene::turned(network.vectors, 1);
   solid::Conditions conditions;
   conditions.node_mass = study.node_mass;
-  conditions.held = solid::Held::Constant(network.node_count(), 3, false);
+  conditions.fixed = solid::FixedDofs::Constant(network.node_count(), 3, false);
   for (Eigen::Index i = 0; i < network.node_count(); ++i) {
     if (network.rest(i, 1) < (static_cast<double>(study.clamped) - 0.5) * study.rod.spacing) {
-      conditions.held.row(i).setConstant(true);
+      conditions.fixed.row(i).setConstant(true);
     }
   }
   return {study.material, std::move(network), conditions, {study.substeps, 0.0}};
@@ -177,7 +177,7 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
   for (std::size_t i = 0; i < simulation.coupled().size(); ++i) {
     load.row(simulation.coupled()[i]) = simulation.exchanged().row(static_cast<Eigen::Index>(i));
   }
-  const solid::Held held = body_of(study).conditions.held;
+  const solid::FixedDofs held = body_of(study).conditions.fixed;
   const double omega = solid::largest_frequency(
       study.material, network, Positions::Zero(network.node_count(), 3), held, study.node_mass);
   const Positions still = solid::linear_response(study.material, network, held, load);
@@ -221,7 +221,7 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
 
 }  // namespace
 
-engine::Study read_crossflow(const io::Section& top) {
+engine::Study read_crossflow(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const scene::SolidSpec solid = engine::read_solid(top, law, engine::read_derivation(top, law).rest_length);
   const auto* rod = std::get_if<solid::Rod>(&solid.shape);
@@ -229,7 +229,7 @@ engine::Study read_crossflow(const io::Section& top) {
     top.table("solid").fail("shape", "the body is not a rod", "the stream meets a round section",
                             "Write shape = \"rod\"");
   }
-  const io::Section t = top.table("crossflow");
+  const io::Table t = top.table("crossflow");
   const Crossflow study{.fluid = engine::read_fluid(top),
                         .material = {law, solid.angle_stiffness},
                         .rod = *rod,

@@ -163,7 +163,7 @@ std::vector<std::string> measures() {
 
 }  // namespace
 
-engine::Study read_delta_moments(const io::Section& top) {
+engine::Study read_delta_moments(const io::Table& top) {
   const std::int64_t positions = top.table("delta_moments").integer("positions", 1, 100'000'000);
   return {.plan = engine::read_plan(top, {}),
           .measures = measures(),

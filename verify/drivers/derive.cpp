@@ -156,7 +156,7 @@ std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
 
 }  // namespace
 
-engine::Study read_derive(const io::Section& top) {
+engine::Study read_derive(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   DeriveStudy study{law, engine::read_derivation(top, law), {}};
   std::vector<std::string> measures{
@@ -168,7 +168,7 @@ engine::Study read_derive(const io::Section& top) {
     measures.push_back(fmt::format("secant_valid_from_{}pct", percent));
   }
   if (top.has("derive")) {
-    const io::Section table = top.table("derive");
+    const io::Table table = top.table("derive");
     study.rounded_rest_length = table.number("rounded_rest_length");
     if (!bond::domain(study.law).contains(*study.rounded_rest_length)) {
       table.fail("rounded_rest_length",

@@ -57,7 +57,7 @@ class Body {
         network_(scene::build(study.solid)),
         section_(section_of(study.material, study.solid, network_.spacing)),
         spacings_(network_.node_count() / static_cast<Eigen::Index>(section_.nodes) - 1),
-        held_(solid::Held::Constant(network_.node_count(), 3, true)) {
+        held_(solid::FixedDofs::Constant(network_.node_count(), 3, true)) {
     const auto per_section = static_cast<Eigen::Index>(section_.nodes);
     held_.col(axis()).segment(per_section, network_.node_count() - 2 * per_section).setConstant(false);
   }
@@ -90,16 +90,16 @@ class Body {
     Positions u = Positions::Zero(network_.node_count(), 3);
     u.col(axis()) = study_.amplitude * shape(j);
     const Positions start = u;
-    solid::Leapfrog motion(study_.material, network_, {.held = held_, .load = {}, .drive = {}}, dt, {}, u,
+    solid::Leapfrog motion(study_.material, network_, {.fixed = held_, .load = {}, .drive = {}}, dt, {}, u,
                            Positions::Zero(u.rows(), 3));
     const auto project = [&] {
       return motion.displacement().cwiseProduct(start).sum() / start.squaredNorm();
     };
     const double needed = std::ceil(2.0 * std::numbers::pi * study_.periods / (mode.leapfrog * dt));
-    constexpr double most_steps = 1e9;
-    if (!(needed <= most_steps)) {
+    constexpr double max_steps = 1e9;
+    if (!(needed <= max_steps)) {
       throw NumericalFailure(fmt::format("{} periods of mode {} take {} steps, more than {}", study_.periods,
-                                         j, needed, most_steps));
+                                         j, needed, max_steps));
     }
     const auto steps = static_cast<std::int64_t>(needed);
     struct Passage {
@@ -150,7 +150,7 @@ class Body {
   solid::Network network_;
   BeamSection section_;
   std::int64_t spacings_;
-  solid::Held held_;
+  solid::FixedDofs held_;
 };
 
 void run(const WavesStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
@@ -200,11 +200,11 @@ void run(const WavesStudy& study, Observations& seen, Progress& progress, engine
 
 }  // namespace
 
-engine::Study read_dispersion(const io::Section& top) {
+engine::Study read_dispersion(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
   const scene::SolidSpec solid = engine::read_solid(top, law, rest_length);
-  const io::Section t = top.table("dispersion");
+  const io::Table t = top.table("dispersion");
   const WavesStudy study{
       .material = {law, solid.angle_stiffness},
       .solid = solid,

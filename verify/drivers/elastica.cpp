@@ -73,7 +73,7 @@ std::vector<Tip> bend(const ElasticaStudy& study, const solid::Material& materia
   const BeamSection section = section_of(material, study.section, spacing);
   const solid::Network network = scene::build(with_sections(study.section, length + study.clamped));
   const auto per_section = static_cast<Eigen::Index>(section.nodes);
-  solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
+  solid::FixedDofs held = solid::FixedDofs::Constant(network.node_count(), 3, false);
   held.topRows(per_section * study.clamped).setConstant(true);
   held.col(1).setConstant(true);  // bending in the x-z plane
   const double offset = root_offset(section, study.clamped, spacing);
@@ -204,10 +204,10 @@ void run(const ElasticaStudy& study, Observations& seen, Progress& progress, eng
 
 }  // namespace
 
-engine::Study read_elastica(const io::Section& top) {
+engine::Study read_elastica(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
-  const io::Section t = top.table("elastica");
+  const io::Table t = top.table("elastica");
   ElasticaStudy study{.material = {law, engine::read_angle_stiffness(top)},
                       .section = engine::read_solid_at_rest(top, law, rest_length),
                       .lengths = t.integers("lengths"),

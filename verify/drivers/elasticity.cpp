@@ -110,7 +110,7 @@ void run(const ElasticityStudy& study, Observations& seen, engine::Cost& cost) {
 
 }  // namespace
 
-engine::Study read_elasticity(const io::Section& top) {
+engine::Study read_elasticity(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const double rest_length = derivation.rest_length;
@@ -125,7 +125,7 @@ engine::Study read_elasticity(const io::Section& top) {
                            "Look at its limits and its cut-off");
   }
   if (top.has("elasticity")) {
-    const io::Section t = top.table("elasticity");
+    const io::Table t = top.table("elasticity");
     study.shears = t.numbers("shears");
     for (const double shear : study.shears) {
       if (shear == 0.0 || !bond::domain(law).contains(rest_length * std::hypot(1.0, shear))) {

@@ -251,7 +251,7 @@ void run(const FilamentStudy& study, Observations& seen, Progress& progress, eng
   // Wall time is no part of what was measured: it goes into the timing of the result.
 }
 
-std::vector<double> read_factors(const io::Section& t, const bond::AnyLaw& law) {
+std::vector<double> read_factors(const io::Table& t, const bond::AnyLaw& law) {
   const std::vector<double> factors = t.numbers("modulus_factors");
   for (auto factor = factors.begin(); factor != factors.end(); ++factor) {
     const auto fail = [&](const std::string& why) {
@@ -271,10 +271,10 @@ std::vector<double> read_factors(const io::Section& t, const bond::AnyLaw& law) 
 
 }  // namespace
 
-engine::Study read_filament(const io::Section& top) {
+engine::Study read_filament(const io::Table& top) {
   FilamentStudy study{
       .stroke = read_stroke(top), .other = engine::read_law(top, "compared_bond"), .modulus_factors = {}};
-  const io::Section t = top.table("filament");
+  const io::Table t = top.table("filament");
   if (t.has("modulus_factors")) study.modulus_factors = read_factors(t, study.other);
   if (t.has("film")) study.stroke.film = t.integer("film", 1, 1000);
   std::vector<std::string> measures{"deviation_z_max",

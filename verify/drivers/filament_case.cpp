@@ -12,18 +12,18 @@ namespace veriflex::drivers {
 
 namespace {
 
-int read_substeps(const io::Section& t) { return static_cast<int>(t.integer("substeps", 1, 1000)); }
+int read_substeps(const io::Table& t) { return static_cast<int>(t.integer("substeps", 1, 1000)); }
 
-Driven read_driven(const io::Section& t) {
+Driven read_driven(const io::Table& t) {
   return t.choice("driven", {"node", "section"}) == "section" ? Driven::Section : Driven::Node;
 }
 
-void need_positive(const io::Section& t, const std::string& key, double value) {
+void need_positive(const io::Table& t, const std::string& key, double value) {
   if (value > 0.0) return;
   t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give more than 0");
 }
 
-double read_ramp(const io::Section& t, double otherwise) {
+double read_ramp(const io::Table& t, double otherwise) {
   const double periods = t.number("ramp_periods", otherwise);
   if (periods < 0.0) {
     t.fail("ramp_periods", fmt::format("'ramp_periods' is {}", periods), "a ramp is 0 periods long or more",
@@ -32,7 +32,7 @@ double read_ramp(const io::Section& t, double otherwise) {
   return periods;
 }
 
-Vec3 read_offset(const io::Section& t) {
+Vec3 read_offset(const io::Table& t) {
   const Vec3 offset = engine::read_vector(t, "offset");
   for (const double along : offset) {
     if (std::abs(along) <= farthest_offset) continue;
@@ -64,7 +64,7 @@ void check(const Stroke& stroke, const Place& box, const Place& frequency) {
 
 }  // namespace
 
-Stroke read_stroke(const io::Section& top) {
+Stroke read_stroke(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
@@ -73,7 +73,7 @@ Stroke read_stroke(const io::Section& top) {
     top.table("solid").fail("shape", "the filament is no rod of three sections or more",
                             "its axis must have nodes", "Use shape = \"rod\"");
   }
-  const io::Section t = top.table("filament");
+  const io::Table t = top.table("filament");
   Stroke stroke{.fluid = engine::read_fluid(top),
                 .rod = *rod,
                 .law = law,
@@ -98,10 +98,10 @@ Stroke read_stroke(const io::Section& top) {
   return stroke;
 }
 
-Stroke varied(const Stroke& base, const io::Section& variant) {
+Stroke varied(const Stroke& base, const io::Table& variant) {
   Stroke s = base;
   if (variant.has("fluid")) {
-    const io::Section fluid = variant.table("fluid");
+    const io::Table fluid = variant.table("fluid");
     if (fluid.has("relaxation_time")) s.fluid.relaxation_time = engine::read_relaxation_time(fluid);
     if (fluid.has("nodes")) s.fluid.grid.size = engine::read_box(fluid);
     if (fluid.flag("closed", false)) s.fluid.walls = {fluid::Walls{}, fluid::Walls{}, fluid::Walls{}};
@@ -110,7 +110,7 @@ Stroke varied(const Stroke& base, const io::Section& variant) {
   if (variant.has("bond")) s.law = engine::read_law(variant);
   if (variant.has("solid")) s.rod.sections = variant.table("solid").integer("sections", 3, 1'000'000);
   if (variant.has("filament")) {
-    const io::Section t = variant.table("filament");
+    const io::Table t = variant.table("filament");
     if (t.has("substeps")) s.substeps.count = read_substeps(t);
     if (t.has("driven")) s.driven = read_driven(t);
     if (t.has("offset")) s.offset = read_offset(t);
@@ -131,7 +131,7 @@ Stroke varied(const Stroke& base, const io::Section& variant) {
   return s;
 }
 
-scene::Plan plan_stroke(const io::Section& top, const Stroke& stroke) {
+scene::Plan plan_stroke(const io::Table& top, const Stroke& stroke) {
   scene::Plan plan = engine::read_plan(
       top, {.law = stroke.law,
             .solid = scene::SolidSpec{.shape = stroke.rod, .angle_stiffness = stroke.angle_stiffness},

@@ -12,14 +12,14 @@ constexpr double farthest_offset = 1e9;
 
 /// [bond], [solid], [angle], [fluid], [coupling], [monitor] and the part of [filament] that is the filament's
 /// own. Throws InputError.
-Stroke read_stroke(const io::Section& top);
+Stroke read_stroke(const io::Table& top);
 
 /// The same filament with what a [[variant]] changes of it. A changed amplitude keeps the frequency. Throws
 /// InputError, also where it then has no room in its box.
-Stroke varied(const Stroke& base, const io::Section& variant);
+Stroke varied(const Stroke& base, const io::Table& variant);
 
 /// The plan, with a scene that cannot be planned, or whose filament has no room in its box, reported at its
 /// place in the case.
-scene::Plan plan_stroke(const io::Section& top, const Stroke& stroke);
+scene::Plan plan_stroke(const io::Table& top, const Stroke& stroke);
 
 }  // namespace veriflex::drivers

@@ -249,7 +249,7 @@ void run(const LinearStudy& study, Observations& seen, Progress& progress, engin
 
 }  // namespace
 
-engine::Study read_filament_linear(const io::Section& top) {
+engine::Study read_filament_linear(const io::Table& top) {
   LinearStudy study{read_stroke(top), engine::read_law(top, "compared_bond"),
                     top.table("linear").number("hydrodynamic_radius")};
   const double spacing = study.stroke.rod.spacing;

@@ -77,15 +77,15 @@ void track_strains(const scene::Simulation& simulation, const Stroke& stroke, co
   const auto place = [&](std::size_t bond) {
     return 0.5 * (network.rest(network.bonds[bond].first, 1) + network.rest(network.bonds[bond].second, 1));
   };
-  const double least = std::sqrt(now.min_square) / stroke.rod.spacing - 1.0;
-  const double greatest = std::sqrt(now.max_square) / stroke.rod.spacing - 1.0;
-  if (least < seen.min_strain) {
-    seen.min_strain = least;
+  const double smallest = std::sqrt(now.min_square) / stroke.rod.spacing - 1.0;
+  const double largest = std::sqrt(now.max_square) / stroke.rod.spacing - 1.0;
+  if (smallest < seen.min_strain) {
+    seen.min_strain = smallest;
     seen.min_strain_time = time;
     seen.min_strain_place = place(now.shortest);
   }
-  if (greatest > seen.max_strain) {
-    seen.max_strain = greatest;
+  if (largest > seen.max_strain) {
+    seen.max_strain = largest;
     seen.max_strain_time = time;
     seen.max_strain_place = place(now.longest);
   }
@@ -154,7 +154,7 @@ scene::CouplingSpec coupling_of(const Stroke& stroke) {
 
 double step_over_limit(const Stroke& stroke) {
   const scene::Body body = body_of(stroke);
-  solid::Held held = solid::Held::Constant(body.network.node_count(), 3, false);
+  solid::FixedDofs held = solid::FixedDofs::Constant(body.network.node_count(), 3, false);
   for (const std::int32_t node : body.conditions.drive->nodes) held(node, body.conditions.drive->axis) = true;
   const double omega = solid::largest_frequency(
       body.material, body.network, Positions::Zero(body.network.node_count(), 3), held, stroke.node_mass);

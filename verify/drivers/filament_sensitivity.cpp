@@ -177,7 +177,7 @@ void run(const Companions& study, Observations& seen, Progress& progress, engine
   }
 }
 
-Variant read_variant(const io::Section& table, const Stroke& base) {
+Variant read_variant(const io::Table& table, const Stroke& base) {
   const std::string name = table.text("name");
   if (name.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789_") != std::string::npos) {
     table.fail("name", fmt::format("'{}' is no name for a metric", name),
@@ -194,14 +194,14 @@ Variant read_variant(const io::Section& table, const Stroke& base) {
 
 }  // namespace
 
-engine::Study read_filament_sensitivity(const io::Section& top) {
+engine::Study read_filament_sensitivity(const io::Table& top) {
   Companions study{read_stroke(top), engine::read_law(top, "compared_bond"), {}};
   std::vector<std::string> measures{"deviation_z_max",      "deviation_uncertainty",
                                     "coupling_growth",      "failures",
                                     "sensitivity.effect_z", "sensitivity.law_deviation_z"};
   if (study.base.periods > 1) measures.emplace_back("period_change");
   bool smaller = false;
-  for (const io::Section& table : top.tables("variant")) {
+  for (const io::Table& table : top.tables("variant")) {
     const Variant read = read_variant(table, study.base);
     for (const Variant& before : study.variants) {
       if (before.name == read.name) {

@@ -132,8 +132,8 @@ void run(const GalileanStudy& study, Observations& seen, Progress& progress, eng
 
 }  // namespace
 
-engine::Study read_galilean(const io::Section& top) {
-  const io::Section t = top.table("galilean");
+engine::Study read_galilean(const io::Table& top) {
+  const io::Table t = top.table("galilean");
   GalileanStudy study{.fluid = read_periodic_fluid(top, engine::Varied::Nodes),
                       .plane = axes_of(t.choice("plane", {"xy", "yz", "zx"})),
                       .nodes = t.integer("side", 4, 4096),

@@ -12,20 +12,20 @@
 namespace veriflex::drivers::immersed {
 
 /// [fluid] of a flow that lays its own periodic box and force.
-fluid::Spec read_fluid(const io::Section& top, bool varies_relaxation_time);
+fluid::Spec read_fluid(const io::Table& top, bool varies_relaxation_time);
 
 /// [coupling] of markers whose motion is given.
-scene::Forcing read_forcing(const io::Section& top);
+scene::Forcing read_forcing(const io::Table& top);
 
 /// More than 0.
-double read_positive(const io::Section& t, const std::string& key, double otherwise);
+double read_positive(const io::Table& t, const std::string& key, double otherwise);
 
 /// Rising, between the bounds.
-std::vector<std::int64_t> read_rising(const io::Section& t, const std::string& key, std::int64_t least,
-                                      std::int64_t most);
+std::vector<std::int64_t> read_rising(const io::Table& t, const std::string& key, std::int64_t min,
+                                      std::int64_t max);
 
-engine::Study read_array(const io::Section& top);
-engine::Study read_plate(const io::Section& top);
-engine::Study read_rod(const io::Section& top);
+engine::Study read_array(const io::Table& top);
+engine::Study read_plate(const io::Table& top);
+engine::Study read_rod(const io::Table& top);
 
 }  // namespace veriflex::drivers::immersed

@@ -153,7 +153,7 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
   const std::int64_t settling = settling_steps(side, nu);
   const auto volume = static_cast<double>(spec.grid.count());
   const double whole = spec.body_force[0] * volume;
-  constexpr int most_rounds = 30;
+  constexpr int max_forcing_iterations = 30;
   std::vector<std::int64_t> everywhere(static_cast<std::size_t>(spec.grid.count()));
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = static_cast<std::int64_t>(i);
   std::vector<fluid::Populations> state(everywhere.size());
@@ -170,7 +170,7 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
     ++rounds;
     imbalance = body.total_force()[0] / whole - 1.0;
     if (std::abs(imbalance) <= study.steady_change) break;
-    if (rounds == most_rounds) {
+    if (rounds == max_forcing_iterations) {
       throw NumericalFailure(
           fmt::format("after {} times {} steps the markers take up {} times the force on the "
                       "fluid; steady means 1 within {}",
@@ -199,13 +199,13 @@ double fitted_radius(const Array& study, std::int64_t nodes, double resistance) 
   const auto excess = [&](double radius) {
     return exact_resistance(study.shape, radius, static_cast<double>(nodes)) - resistance;
   };
-  const double least = 0.5 * study.radius, most = 1.6 * study.radius;
-  if (excess(least) > 0.0 || excess(most) < 0.0) {
+  const double low = 0.5 * study.radius, high = 1.6 * study.radius;
+  if (excess(low) > 0.0 || excess(high) < 0.0) {
     throw NumericalFailure(
         fmt::format("the drag in the cell of {} nodes, {} nu U, is that of no radius from {} to {}", nodes,
-                    resistance, least, most));
+                    resistance, low, high));
   }
-  return bracketed_root(excess, least, most);
+  return bracketed_root(excess, low, high);
 }
 
 struct Series {
@@ -329,8 +329,8 @@ std::vector<std::string> measures_of(const Array& study) {
 
 }  // namespace
 
-engine::Study read_array(const io::Section& top) {
-  const io::Section t = top.table("immersed");
+engine::Study read_array(const io::Table& top) {
+  const io::Table t = top.table("immersed");
   const Array study{
       .fluid = read_fluid(top, true),
       .forcing = read_forcing(top),

@@ -272,8 +272,8 @@ void run(const Plate& study, Observations& seen, Progress& progress, engine::Cos
 
 }  // namespace
 
-engine::Study read_plate(const io::Section& top) {
-  const io::Section t = top.table("immersed");
+engine::Study read_plate(const io::Table& top) {
+  const io::Table t = top.table("immersed");
   Plate study{.fluid = read_fluid(top, false),
               .forcing = read_forcing(top),
               .resolutions = read_rising(t, "resolutions", 8, 4096),

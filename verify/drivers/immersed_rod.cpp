@@ -45,8 +45,8 @@ struct Rod {
   observe::MonitorSpec monitor;
 };
 
-constexpr std::int64_t most_period = 200'000;
-constexpr double most_layer = 25.0;  // boxes
+constexpr std::int64_t max_period = 200'000;
+constexpr double max_layer = 25.0;  // boxes
 constexpr std::int64_t unlimited = 1'000'000'000;
 
 struct Piece {
@@ -168,13 +168,13 @@ double fitted_radius(const Rod& study, const Piece& piece, const Answer& seen) {
   const auto excess = [&](double radius) {
     return std::abs(in_box(radius, side, omega_of(piece), nu)) - std::abs(seen.force / seen.carried);
   };
-  const double least = 0.5 * study.radius, most = 2.0 * study.radius;
-  if (excess(least) > 0.0 || excess(most) < 0.0) {
+  const double low = 0.5 * study.radius, high = 2.0 * study.radius;
+  if (excess(low) > 0.0 || excess(high) < 0.0) {
     throw NumericalFailure(
         fmt::format("the force's amplitude, {} per velocity, is that of no radius from {} to {}",
-                    std::abs(seen.force / seen.carried), least, most));
+                    std::abs(seen.force / seen.carried), low, high));
   }
-  return bracketed_root(excess, least, most);
+  return bracketed_root(excess, low, high);
 }
 
 std::vector<Piece> pieces_of(const Rod& study) {
@@ -280,8 +280,8 @@ void run(const Rod& study, Observations& seen, Progress& progress) {
 
 }  // namespace
 
-engine::Study read_rod(const io::Section& top) {
-  const io::Section t = top.table("immersed");
+engine::Study read_rod(const io::Table& top) {
+  const io::Table t = top.table("immersed");
   const Rod study{.fluid = read_fluid(top, false),
                   .forcing = read_forcing(top),
                   .radius = read_positive(t, "radius", 2.5),
@@ -291,9 +291,9 @@ engine::Study read_rod(const io::Section& top) {
                   .cycles = t.integer("periods", 2, 10000),
                   .monitor = engine::read_monitor(top)};
   if (study.periods.empty() || *std::min_element(study.periods.begin(), study.periods.end()) < 8 ||
-      *std::max_element(study.periods.begin(), study.periods.end()) > most_period) {
+      *std::max_element(study.periods.begin(), study.periods.end()) > max_period) {
     t.fail("oscillation_periods",
-           fmt::format("none, or one of fewer than 8 or more than {} steps", most_period),
+           fmt::format("none, or one of fewer than 8 or more than {} steps", max_period),
            "a step would be a large part of a period, or a period without end", "Give for example [923]");
   }
   if (study.amplitudes.empty() ||
@@ -311,10 +311,10 @@ engine::Study read_rod(const io::Section& top) {
         std::sqrt(fluid::viscosity(study.fluid.relaxation_time) *
                   static_cast<double>(*std::max_element(study.periods.begin(), study.periods.end())) /
                   std::numbers::pi);
-    if (layer > most_layer * static_cast<double>(box)) {
+    if (layer > max_layer * static_cast<double>(box)) {
       t.fail(
           "boxes", fmt::format("the Stokes layer is {:.4g} thick in a box of {} nodes", layer, box),
-          fmt::format("images count as far as it reaches, and it reaches farther than {} boxes", most_layer),
+          fmt::format("images count as far as it reaches, and it reaches farther than {} boxes", max_layer),
           "Use a larger box, a smaller relaxation time or a shorter period");
     }
     engine::check_images(slice, study.forcing.delta, Vec3(2.0, 2.0, 0.0) * std::floor(study.radius),

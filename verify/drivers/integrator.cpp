@@ -82,7 +82,7 @@ void run(const MotionStudy& study, Observations& seen, Progress& progress, engin
   const solid::Network network = scene::build(study.solid);
   const Eigen::Index nodes = network.node_count();
   const double limit = 2.0 / solid::largest_frequency(study.material, network, Positions::Zero(nodes, 3),
-                                                      solid::Held::Constant(nodes, 3, false), 1.0);
+                                                      solid::FixedDofs::Constant(nodes, 3, false), 1.0);
   cost.finish("linear limit");
   refuse_unstable_step(study.duration / static_cast<double>(study.steps.front()), limit);
   const std::size_t count = study.steps.size();
@@ -127,11 +127,11 @@ void run(const MotionStudy& study, Observations& seen, Progress& progress, engin
 
 }  // namespace
 
-engine::Study read_integrator(const io::Section& top) {
+engine::Study read_integrator(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
   const scene::SolidSpec solid = engine::read_solid_at_rest(top, law, rest_length);
-  const io::Section t = top.table("integrator");
+  const io::Table t = top.table("integrator");
   const MotionStudy study{.material = {law, solid.angle_stiffness},
                           .solid = solid,
                           .noise = t.number("noise"),

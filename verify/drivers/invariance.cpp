@@ -110,7 +110,7 @@ void run(const InvarianceStudy& study, Observations& seen, Progress& progress, e
   refuse_unstable_step(
       study.time_step,
       2.0 / solid::largest_frequency(study.material, network, Positions::Zero(network.node_count(), 3),
-                                     solid::Held::Constant(network.node_count(), 3, false), 1.0));
+                                     solid::FixedDofs::Constant(network.node_count(), 3, false), 1.0));
   const Positions u = noise(network.node_count(), study.noise, 1);
   const Positions expected = gradient(study.material, network, u);
   const double scale = largest_magnitude(expected);
@@ -167,11 +167,11 @@ void run(const InvarianceStudy& study, Observations& seen, Progress& progress, e
 
 }  // namespace
 
-engine::Study read_invariance(const io::Section& top) {
+engine::Study read_invariance(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
   const scene::SolidSpec solid = engine::read_solid(top, law, rest_length);
-  const io::Section t = top.table("invariance");
+  const io::Table t = top.table("invariance");
   const InvarianceStudy study{.material = {law, solid.angle_stiffness},
                               .solid = solid,
                               .noise = t.number("noise"),

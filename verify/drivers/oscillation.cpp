@@ -19,7 +19,7 @@ namespace {
 using observe::Observations;
 using observe::Record;
 
-constexpr double most_steps = 1e9;  // of a run
+constexpr double max_steps = 1e9;  // of a run
 
 struct OscillationStudy {
   bond::AnyLaw law;
@@ -75,8 +75,8 @@ double turning_point(const Pair& pair, double start) {
   const auto freed = [&](double x) { return pair.freed(start, inwards, std::abs(start - x)); };
   double inside = 0.0;
   double outside = std::abs(limit) <= std::abs(start) ? 0.5 * limit : -start;
-  constexpr int most_tries = 40;  // each twice as far, or half as far from the limit
-  for (int step = 0; step < most_tries && domain.contains(pair.rest + outside); ++step) {
+  constexpr int max_tries = 40;  // each twice as far, or half as far from the limit
+  for (int step = 0; step < max_tries && domain.contains(pair.rest + outside); ++step) {
     if (freed(outside) <= 0.0) {
       return bracketed_root(freed, std::min(inside, outside), std::max(inside, outside));
     }
@@ -253,10 +253,10 @@ void run(const OscillationStudy& study, Observations& seen, Progress& progress, 
 
 }  // namespace
 
-engine::Study read_oscillation(const io::Section& top) {
+engine::Study read_oscillation(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
-  const io::Section t = top.table("oscillation");
+  const io::Table t = top.table("oscillation");
   const scene::SolidSpec solid = engine::read_solid_at_rest(top, law, derivation.rest_length);
   const auto* block = std::get_if<solid::Block>(&solid.shape);
   const bool is_line =
@@ -308,9 +308,9 @@ engine::Study read_oscillation(const io::Section& top) {
     t.fail("strain", "the motion has no period", failure.what(), "Use a smaller strain");
   }
   const auto refuse_endless = [&](const char* key, double steps) {
-    if (steps * study.periods <= most_steps) return;
+    if (steps * study.periods <= max_steps) return;
     t.fail(key, fmt::format("{} periods take {:.3g} steps", study.periods, steps * study.periods),
-           fmt::format("a period lasts {:.6g}; {:.0e} steps are the limit", study.exact, most_steps),
+           fmt::format("a period lasts {:.6g}; {:.0e} steps are the limit", study.exact, max_steps),
            "Use fewer steps or periods, or another unit of time");
   };
   refuse_endless("steps_per_period", static_cast<double>(study.steps.back()));

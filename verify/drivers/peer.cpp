@@ -8,17 +8,17 @@
 
 namespace veriflex::drivers {
 
-engine::Study read_peer(const io::Section& top) {
-  const io::Section section = top.table("peer");
+engine::Study read_peer(const io::Table& top) {
+  const io::Table table = top.table("peer");
   const std::vector<std::string> kinds{"bond-table", "angle-table", "node-forces",
                                        "tensile",    "cantilever",  "trajectory"};
-  const std::string kind = section.choice("kind", kinds);
-  if (kind == "bond-table") return peer::read_bond_table(top, section);
-  if (kind == "angle-table") return peer::read_angle_table(top, section);
-  if (kind == "node-forces") return peer::read_node_forces(top, section);
-  if (kind == "tensile") return peer::read_tensile_table(top, section);
-  if (kind == "cantilever") return peer::read_cantilever(top, section);
-  return peer::read_trajectory(top, section);
+  const std::string kind = table.choice("kind", kinds);
+  if (kind == "bond-table") return peer::read_bond_table(top, table);
+  if (kind == "angle-table") return peer::read_angle_table(top, table);
+  if (kind == "node-forces") return peer::read_node_forces(top, table);
+  if (kind == "tensile") return peer::read_tensile_table(top, table);
+  if (kind == "cantilever") return peer::read_cantilever(top, table);
+  return peer::read_trajectory(top, table);
 }
 
 }  // namespace veriflex::drivers

@@ -6,9 +6,9 @@
 
 namespace veriflex::drivers {
 
-fluid::Spec read_periodic_fluid(const io::Section& top, engine::Varied varied) {
+fluid::Spec read_periodic_fluid(const io::Table& top, engine::Varied varied) {
   const fluid::Spec spec = engine::read_fluid(top, varied);
-  const io::Section table = top.table("fluid");
+  const io::Table table = top.table("fluid");
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!spec.walls[axis]) continue;
     table.fail(fmt::format("walls_{}", "xyz"[axis]), "this driver's box has no walls",
@@ -21,7 +21,7 @@ fluid::Spec read_periodic_fluid(const io::Section& top, engine::Varied varied) {
   return spec;
 }
 
-std::vector<std::int64_t> read_resolutions(const io::Section& table, std::size_t rows, std::int64_t least) {
+std::vector<std::int64_t> read_resolutions(const io::Table& table, std::size_t rows, std::int64_t min) {
   const std::vector<std::int64_t> nodes = table.integers("nodes");
   if (nodes.size() < rows) {
     table.fail("nodes", fmt::format("{} resolutions", nodes.size()),
@@ -29,9 +29,9 @@ std::vector<std::int64_t> read_resolutions(const io::Section& table, std::size_t
                "Give for example [16, 32, 64]");
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (nodes[i] < least || nodes[i] > 4096) {
+    if (nodes[i] < min || nodes[i] > 4096) {
       table.fail("nodes", fmt::format("'nodes' holds {}", nodes[i]),
-                 fmt::format("a side has {} to 4096 nodes here", least), "Choose numbers in that range");
+                 fmt::format("a side has {} to 4096 nodes here", min), "Choose numbers in that range");
     }
     if (i > 0 && nodes[i] <= nodes[i - 1])
       table.fail("nodes", "they do not rise", "the order is taken between neighbours", "Sort them");
@@ -39,7 +39,7 @@ std::vector<std::int64_t> read_resolutions(const io::Section& table, std::size_t
   return nodes;
 }
 
-void require_steps(const io::Section& fluid, double steps) {
+void require_steps(const io::Table& fluid, double steps) {
   if (steps <= 1e9) return;
   fluid.fail("relaxation_time", fmt::format("a run would take {:.3g} steps", steps),
              "the flow decays by viscosity, which is next to nothing there",

@@ -14,13 +14,13 @@
 namespace veriflex::drivers {
 
 /// [fluid] without walls and without a force, which these flows do not have.
-fluid::Spec read_periodic_fluid(const io::Section& top, engine::Varied varied);
+fluid::Spec read_periodic_fluid(const io::Table& top, engine::Varied varied);
 
-/// `nodes`: along a side, rising, each from `least` to 4096; at least `rows` of them.
-std::vector<std::int64_t> read_resolutions(const io::Section& table, std::size_t rows, std::int64_t least);
+/// `nodes`: along a side, rising, each from `min` to 4096; at least `rows` of them.
+std::vector<std::int64_t> read_resolutions(const io::Table& table, std::size_t rows, std::int64_t min);
 
 /// Refuses at `relaxation_time` a run of more than 10^9 steps.
-void require_steps(const io::Section& fluid, double steps);
+void require_steps(const io::Table& fluid, double steps);
 
 /// `plane`: "xy", "yz" or "zx" as its two axes.
 std::array<int, 2> axes_of(const std::string& plane);
@@ -43,10 +43,10 @@ inline double wavenumber(std::int64_t n) { return 2.0 * std::numbers::pi / stati
 /// take more memory than the fluid.
 template <class Visit>
 void in_parts(const Grid& grid, Visit visit) {
-  constexpr std::int64_t most = 65536;
+  constexpr std::int64_t at_once = 65536;
   std::vector<std::int64_t> nodes;
-  for (std::int64_t from = 0; from < grid.count(); from += most) {
-    nodes.resize(static_cast<std::size_t>(std::min(most, grid.count() - from)));
+  for (std::int64_t from = 0; from < grid.count(); from += at_once) {
+    nodes.resize(static_cast<std::size_t>(std::min(at_once, grid.count() - from)));
     std::iota(nodes.begin(), nodes.end(), from);
     visit(std::span<const std::int64_t>(nodes));
   }

@@ -216,7 +216,7 @@ void run(const WaveStudy& study, Observations& seen, Progress& progress, engine:
   seen.records.push_back(constants);
 }
 
-Vec3 read_direction(const io::Section& table, const std::string& key) {
+Vec3 read_direction(const io::Table& table, const std::string& key) {
   const std::vector<std::int64_t> given = table.integers(key);
   Vec3 direction = Vec3::Zero();
   for (std::size_t i = 0; i < given.size() && i < 3; ++i)
@@ -241,8 +241,8 @@ std::vector<std::string> measured_names(const WaveStudy& study) {
 
 }  // namespace
 
-engine::Study read_plane_wave(const io::Section& top) {
-  const io::Section t = top.table("plane_wave");
+engine::Study read_plane_wave(const io::Table& top) {
+  const io::Table t = top.table("plane_wave");
   WaveStudy study{.fluid = read_periodic_fluid(top, engine::Varied::NodesAndRelaxationTime),
                   .sound = t.choice("kind", {"shear", "sound"}) == "sound",
                   .direction = read_direction(t, "direction"),

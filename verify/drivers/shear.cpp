@@ -38,13 +38,13 @@ double stiffness(const ShearStudy& study, std::int64_t width, bool plane) {
   u.col(0) = network.rest.col(2);  // unit shear
   const Positions zero = Positions::Zero(nodes, 3);
   const auto hessian =
-      solid::free_hessian(study.material, network, zero, solid::Held::Constant(nodes, 3, false));
+      solid::free_hessian(study.material, network, zero, solid::FixedDofs::Constant(nodes, 3, false));
   const auto force = [&](const Positions& displacement) -> Positions {
     const Eigen::VectorXd flat = displacement.reshaped();
     return Eigen::VectorXd(hessian * flat).reshaped(nodes, 3);
   };
   if (!plane) {
-    solid::Held held = solid::Held::Constant(nodes, 3, false);
+    solid::FixedDofs held = solid::FixedDofs::Constant(nodes, 3, false);
     held.topRows(per_section).setConstant(true);
     held.bottomRows(per_section).setConstant(true);
     u += solid::linear_response(study.material, network, held, -force(u));
@@ -95,11 +95,11 @@ void run(const ShearStudy& study, Observations& seen, Progress& progress, engine
 
 }  // namespace
 
-engine::Study read_shear(const io::Section& top) {
+engine::Study read_shear(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
   const scene::SolidSpec solid = engine::read_solid_at_rest(top, law, rest_length);
-  const io::Section t = top.table("shear");
+  const io::Table t = top.table("shear");
   const auto* block = std::get_if<solid::Block>(&solid.shape);
   if (block == nullptr || !(solid.angle_stiffness > 0.0)) {
     top.table("solid").fail("shape", "no bar with angles",

@@ -65,7 +65,7 @@ class Body {
   }
 
   double linear_limit() const {
-    const solid::Held nothing = solid::Held::Constant(network_.node_count(), 3, false);
+    const solid::FixedDofs nothing = solid::FixedDofs::Constant(network_.node_count(), 3, false);
     return 2.0 / solid::largest_frequency(study_.material, network_, stretched_,
                                           held_.size() > 0 ? held_ : nothing, 1.0);
   }
@@ -73,7 +73,7 @@ class Body {
   Run run(double dt) const {
     Run run{End::held, 1.0, 1.0};
     try {
-      solid::Leapfrog motion(study_.material, network_, {.held = held_, .load = {}, .drive = {}}, dt, {},
+      solid::Leapfrog motion(study_.material, network_, {.fixed = held_, .load = {}, .drive = {}}, dt, {},
                              noisy_, Positions::Zero(noisy_.rows(), 3));
       const double start = motion.potential_energy();
       const double put_in = start - resting_energy();
@@ -97,7 +97,7 @@ class Body {
 
  private:
   void hold_ends() {
-    held_ = solid::Held::Constant(network_.node_count(), 3, false);
+    held_ = solid::FixedDofs::Constant(network_.node_count(), 3, false);
     const double last = network_.rest.col(2).maxCoeff();
     for (Eigen::Index i = 0; i < network_.node_count(); ++i) {
       const double z = network_.rest(i, 2);
@@ -126,7 +126,7 @@ class Body {
   const StabilityStudy& study_;
   solid::Network network_;
   Positions stretched_, noisy_;
-  solid::Held held_;  // empty for a free body
+  solid::FixedDofs held_;  // empty for a free body
 };
 
 // The first step size that fails, looking upwards from a third of the linear limit, then refined by halving.
@@ -165,11 +165,11 @@ Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
   return {0.5 * (good + bad), limit, held.longest, held.shortest, failed.end == End::broke};
 }
 
-double greatest_of(const std::vector<double>& values) {
+double max_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), values.front(), worse);
 }
 
-double least_of(const std::vector<double>& values) {
+double min_of(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), values.front(), lesser);
 }
 
@@ -229,18 +229,18 @@ void run(const StabilityStudy& study, Observations& seen, Progress& progress, en
   const std::vector<double>& longest = record.find("longest")->values;
   const std::vector<double>& shortest = record.find("shortest")->values;
   seen.metrics = {
-      {"min_ratio", least_of(ratio), "1", "least boundary over its linear limit"},
-      {"max_ratio", greatest_of(ratio), "1", "largest boundary over its linear limit"},
+      {"min_ratio", min_of(ratio), "1", "smallest boundary over its linear limit"},
+      {"max_ratio", max_of(ratio), "1", "largest boundary over its linear limit"},
       {"linear_limit", record.find("linear_limit")->values.front(), "T", "2/omega_max of the first row"},
-      {"longest", greatest_of(longest), "1",
+      {"longest", max_of(longest), "1",
        "largest r/r0 in runs that counted as stable, seen every tenth step"},
-      {"shortest", least_of(shortest), "1",
+      {"shortest", min_of(shortest), "1",
        "least r/r0 in runs that counted as stable, seen every tenth step"}};
 }
 
 }  // namespace
 
-engine::Study read_stability(const io::Section& top) {
+engine::Study read_stability(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
   const scene::SolidSpec solid = engine::read_solid(top, law, derivation.rest_length);
@@ -252,7 +252,7 @@ engine::Study read_stability(const io::Section& top) {
         fmt::format("a free body would swing by itself; the rest length is {}", derivation.rest_length),
         "Leave it out, and use 'prestrains' for a strained body");
   }
-  const io::Section t = top.table("stability");
+  const io::Table t = top.table("stability");
   StabilityStudy study{.material = {law, solid.angle_stiffness},
                        .solid = solid,
                        .amplitudes = t.numbers("amplitudes"),

@@ -195,9 +195,9 @@ void run(const TensileStudy& study, Observations& seen, Progress& progress, engi
     seen.records.push_back(section_moduli(study, progress));
     const std::vector<double>& by_nodes = seen.records.back().find("modulus_node_area")->values;
     const std::vector<double>& by_faces = seen.records.back().find("modulus_outer_faces")->values;
-    const double least = std::accumulate(by_nodes.begin(), by_nodes.end(), by_nodes.front(), lesser);
-    const double most = std::accumulate(by_nodes.begin(), by_nodes.end(), by_nodes.front(), worse);
-    seen.metrics.push_back({"section_spread", (most - least) / derived, "1",
+    const double lowest = std::accumulate(by_nodes.begin(), by_nodes.end(), by_nodes.front(), lesser);
+    const double highest = std::accumulate(by_nodes.begin(), by_nodes.end(), by_nodes.front(), worse);
+    seen.metrics.push_back({"section_spread", (highest - lowest) / derived, "1",
                             "spread of the modulus over the sections, area n^2 r0^2"});
     seen.metrics.push_back({"outer_face_ratio", by_faces.back() / derived, "1",
                             "modulus of the last section with area (n-1)^2 r0^2, over the law's"});
@@ -208,10 +208,10 @@ void run(const TensileStudy& study, Observations& seen, Progress& progress, engi
 
 }  // namespace
 
-engine::Study read_tensile(const io::Section& top) {
+engine::Study read_tensile(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const bond::Derivation derivation = engine::read_derivation(top, law);
-  const io::Section t = top.table("tensile");
+  const io::Table t = top.table("tensile");
   const scene::SolidSpec spec = engine::read_solid(top, law, derivation.rest_length);
   const Block* block = std::get_if<Block>(&spec.shape);
   if (block == nullptr || block->spacing != derivation.rest_length || spec.angle_stiffness != 0.0) {

@@ -112,7 +112,7 @@ double stiffness(const TorsionStudy& study, std::int64_t n, bool with_straight) 
       scene::build({solid::Block{{n, n, length + 1}, study.spacing}, study.material.angle_stiffness});
   if (!with_straight) std::erase_if(network.angles, [](const solid::Angle& angle) { return angle.straight; });
   const Eigen::Index per_section = n * n;
-  solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
+  solid::FixedDofs held = solid::FixedDofs::Constant(network.node_count(), 3, false);
   held.topRows(per_section).leftCols(2).setConstant(true);
   for (const Eigen::Index corner : {Eigen::Index{0}, n - 1, per_section - n, per_section - 1}) {
     held(corner, 2) = true;
@@ -195,10 +195,10 @@ void run(const TorsionStudy& study, Observations& seen, Progress& progress, engi
 
 }  // namespace
 
-engine::Study read_torsion(const io::Section& top) {
+engine::Study read_torsion(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
-  const io::Section t = top.table("torsion");
+  const io::Table t = top.table("torsion");
   const TorsionStudy study{.material = {law, engine::read_angle_stiffness(top)},
                            .spacing = rest_length,
                            .sides = t.integers("sides"),
@@ -208,11 +208,11 @@ engine::Study read_torsion(const io::Section& top) {
     top.table("bond").fail("law", "a bar of bonds alone", "without angles it has no shear stiffness",
                            "Add [angle] stiffness");
   }
-  const auto check_rising = [&](const char* key, const std::vector<std::int64_t>& sides, std::int64_t most) {
-    bool rising = sides.size() >= 2 && sides.front() >= 2 && sides.back() <= most;
+  const auto check_rising = [&](const char* key, const std::vector<std::int64_t>& sides, std::int64_t max) {
+    bool rising = sides.size() >= 2 && sides.front() >= 2 && sides.back() <= max;
     for (std::size_t i = 1; i < sides.size(); ++i) rising &= sides[i] > sides[i - 1];
     if (!rising) {
-      t.fail(key, fmt::format("'{}' are not two or more rising numbers from 2 to {}", key, most),
+      t.fail(key, fmt::format("'{}' are not two or more rising numbers from 2 to {}", key, max),
              "each is the number of nodes along a side", "Give for example [3, 4, 6]");
     }
   };

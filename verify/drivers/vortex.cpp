@@ -18,8 +18,8 @@ using engine::Pattern;
 using observe::Observations;
 using observe::Record;
 
-constexpr double most_decays = 100.0;
-constexpr double least_velocity = 1e-30;  // its square and that of its rounding are still numbers in float
+constexpr double max_decays = 100.0;
+constexpr double min_velocity = 1e-30;  // its square and that of its rounding are still numbers in float
 
 struct VortexStudy {
   fluid::Spec fluid;  // the box is set per row, the storage too
@@ -258,7 +258,7 @@ std::vector<std::string> measured_names(const VortexStudy& study) {
   return names;
 }
 
-std::vector<std::string> read_names(const io::Section& table, const std::string& key,
+std::vector<std::string> read_names(const io::Table& table, const std::string& key,
                                     const std::vector<std::string>& known) {
   const std::vector<std::string> names = table.texts(key);
   for (std::size_t i = 0; i < names.size(); ++i) {
@@ -276,8 +276,8 @@ std::vector<std::string> read_names(const io::Section& table, const std::string&
 
 }  // namespace
 
-engine::Study read_vortex(const io::Section& top) {
-  const io::Section t = top.table("vortex");
+engine::Study read_vortex(const io::Table& top) {
+  const io::Table t = top.table("vortex");
   VortexStudy study{.fluid = read_periodic_fluid(top, engine::Varied::Nodes),
                     .pattern = t.choice("flow", {"taylor-green", "shear"}) == "shear" ? Pattern::Shear
                                                                                       : Pattern::TaylorGreen,
@@ -305,14 +305,14 @@ engine::Study read_vortex(const io::Section& top) {
     if (!(value > 0.0))
       t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Use for example 1.0");
   }
-  if (study.decays > most_decays)
+  if (study.decays > max_decays)
     t.fail("decays", fmt::format("'decays' is {}", study.decays),
-           fmt::format("after {} e-foldings nothing is left of the flow but rounding", most_decays),
+           fmt::format("after {} e-foldings nothing is left of the flow but rounding", max_decays),
            "Use for example 1.0");
   const DecayingFlow finest = flow_of(study, study.planes.front(), study.nodes.back());
-  if (finest.amplitude < least_velocity)
+  if (finest.amplitude < min_velocity)
     t.fail("reynolds", fmt::format("the finest grid would start with a velocity of {:.3g}", finest.amplitude),
-           fmt::format("below {} its square is lost to underflow", least_velocity), "Use for example 1.0");
+           fmt::format("below {} its square is lost to underflow", min_velocity), "Use for example 1.0");
   require_steps(top.table("fluid"), study.decays / finest.decay_rate());
   const DecayingFlow coarsest = flow_of(study, study.planes.front(), study.nodes.front());
   const double mach = coarsest.amplitude / std::sqrt(fluid::sound_speed_squared);

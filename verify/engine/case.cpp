@@ -18,8 +18,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Tolerance read_tolerance(const io::Section& check, bool curve) {
-  const io::Section t = check.table("tolerance");
+Tolerance read_tolerance(const io::Table& check, bool curve) {
+  const io::Table t = check.table("tolerance");
   std::vector<std::string> given;
   for (const char* form : {"absolute", "relative", "digits"}) {
     if (t.has(form)) given.emplace_back(form);
@@ -76,7 +76,7 @@ std::size_t index_of_reference(const std::string& id, Case& c, const Shelf& shel
   return c.references.size() - 1;
 }
 
-void read_target(const io::Section& s, Check& check, Case& c, const Shelf& shelf) {
+void read_target(const io::Table& s, Check& check, Case& c, const Shelf& shelf) {
   if (s.has("target") == s.has("reference")) {
     throw InputError(s.place(),
                      s.has("target") ? "both target and reference" : "neither target nor reference",
@@ -130,7 +130,7 @@ void read_target(const io::Section& s, Check& check, Case& c, const Shelf& shelf
   }
 }
 
-void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
+void read_claim(const io::Table& s, Check& check, Shelf& shelf) {
   check.claims = s.has_list("claim") ? s.texts("claim") : std::vector{s.text("claim")};
   if (!shelf.ledger) shelf.ledger = read_ledger(shelf.references);
   if (check.claims.empty()) {
@@ -148,7 +148,7 @@ void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
     }
   }
   if (s.flag("expected_to_hold", true)) return;
-  const io::Section recorded = s.table("recorded");
+  const io::Table recorded = s.table("recorded");
   check.refuted = Recorded{recorded.number("value"), recorded.number("relative")};
   if (!(check.refuted->relative > 0.0)) {
     recorded.fail("relative", fmt::format("'relative' is {}", check.refuted->relative),
@@ -156,7 +156,7 @@ void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
   }
 }
 
-Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
+Check read_check(const io::Table& s, Case& c, Shelf& shelf) {
   Check check{};
   check.place = s.place();
   check.kind =
@@ -167,7 +167,7 @@ Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
                      "a check judges one of them", "Keep one");
   }
   if (s.has("curve")) {
-    const io::Section curve = s.table("curve");
+    const io::Table curve = s.table("curve");
     check.curve = Curve{curve.text("record"), curve.text("x"), curve.text("y")};
     check.measure = check.curve->record + "." + check.curve->y;
   } else {
@@ -199,15 +199,15 @@ Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
   return check;
 }
 
-const Driver& find_driver(const io::Section& top, const std::vector<Driver>& drivers) {
+const Driver& find_driver(const io::Table& top, const std::vector<Driver>& drivers) {
   std::vector<std::string> names;
   for (const Driver& driver : drivers) names.push_back(driver.name);
   const std::string name = top.choice("driver", names);
   return *std::find_if(drivers.begin(), drivers.end(), [&](const Driver& d) { return d.name == name; });
 }
 
-std::vector<Assumption> read_assumed(const io::Section& top) {
-  const io::Section table = top.table("assumed");
+std::vector<Assumption> read_assumed(const io::Table& top) {
+  const io::Table table = top.table("assumed");
   std::vector<Assumption> all;
   for (const std::string& path : table.keys()) {
     const std::optional<std::string> value = top.shown(path);
@@ -222,7 +222,7 @@ std::vector<Assumption> read_assumed(const io::Section& top) {
   return all;
 }
 
-CaseHead head_of(const io::Section& top, const fs::path& path) {
+CaseHead head_of(const io::Table& top, const fs::path& path) {
   CaseHead head{path.stem().string(), "", "", "", {}, path, ""};
   const std::vector<InputError> old = old_names(top);
   if (!old.empty()) throw InputError(old.front());
@@ -274,16 +274,16 @@ const std::vector<std::string>& tiers() {
   return names;
 }
 
-Case read_parts(const io::Section& top, const fs::path& path, const std::vector<Driver>& drivers,
+Case read_parts(const io::Table& top, const fs::path& path, const std::vector<Driver>& drivers,
                 const fs::path& reference_folder, std::vector<InputError>& problems) {
   // Whether `read` came to its end; a table whose reader broke off has no unknown keys.
-  const auto attempt = [&problems](const io::Section& section, const auto& read) {
+  const auto attempt = [&problems](const io::Table& table, const auto& read) {
     try {
       read();
       return true;
     } catch (const InputError& error) {
       problems.push_back(error);
-      section.abandon();
+      table.abandon();
       return false;
     }
   };
@@ -311,7 +311,7 @@ Case read_parts(const io::Section& top, const fs::path& path, const std::vector<
   if (!has_study) return c;  // what its checks may ask for is not known
   attempt(top, [&] {
     Shelf shelf{reference_folder, {}};
-    for (const io::Section& check : top.tables("check")) {
+    for (const io::Table& check : top.tables("check")) {
       attempt(check, [&] { c.checks.push_back(read_check(check, c, shelf)); });
     }
   });

@@ -87,7 +87,7 @@ Case read_case(const std::filesystem::path& path, const std::vector<std::string>
 
 /// What can be read of the case in `top`, which stands at `path`; what cannot is added to `problems`: per
 /// table of the case the first problem in it, and every key that nobody knows.
-Case read_parts(const io::Section& top, const std::filesystem::path& path, const std::vector<Driver>& drivers,
+Case read_parts(const io::Table& top, const std::filesystem::path& path, const std::vector<Driver>& drivers,
                 const std::filesystem::path& reference_folder, std::vector<InputError>& problems);
 
 /// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is

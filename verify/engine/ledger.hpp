@@ -40,7 +40,7 @@ Ledger read_ledger(const std::filesystem::path& reference_folder);
 
 /// The same of a document. Throws InputError: also for an id that stands there twice, for an entry that could
 /// be judged and names no case, and for one that is not decidable and names some or does not say why.
-Ledger read_ledger(const io::Section& top);
+Ledger read_ledger(const io::Table& top);
 
 /// The entry of that id. Throws InputError at `asked_at`, with the nearest id suggested.
 const Entry& find_entry(const Ledger& ledger, const std::string& id, const Place& asked_at);

@@ -71,7 +71,7 @@ std::string is_now(std::string_view was, std::string_view now) {
 }
 
 // What is old about one key of a case and its value.
-std::vector<std::string> old_in(const io::Section::Entry& entry) {
+std::vector<std::string> old_in(const io::Table::Entry& entry) {
   std::vector<std::string> found;
   std::string_view path = entry.path;
   if (path.starts_with("assumed.")) {  // its keys are paths
@@ -110,10 +110,10 @@ std::optional<std::string> present_option(std::string_view word) {
   return "--" + *now;
 }
 
-std::vector<InputError> old_names(const io::Section& top) {
+std::vector<InputError> old_names(const io::Table& top) {
   std::vector<InputError> errors;
   std::vector<std::string> said;
-  for (const io::Section::Entry& entry : top.entries()) {
+  for (const io::Table::Entry& entry : top.entries()) {
     for (const std::string& what : old_in(entry)) {
       if (std::find(said.begin(), said.end(), what) == said.end()) said.push_back(what);
       errors.emplace_back(entry.place, what, "since schema 2", "Write the new name");

@@ -22,6 +22,6 @@ std::optional<std::string> present_option(std::string_view word);
 
 /// Holds the case against the present schema: one error for another version, which lists what the case has to
 /// rename, or one for each old key, at its place. Empty when there is nothing to rename.
-std::vector<InputError> old_names(const io::Section& top);
+std::vector<InputError> old_names(const io::Table& top);
 
 }  // namespace veriflex::engine

@@ -27,7 +27,7 @@ struct Study {
 struct Driver {
   std::string name;
   std::string what;                           // one line for `veriflex list`
-  Study (*read)(const io::Section& section);  // reads the driver's own tables of the case
+  Study (*read)(const io::Table& top);  // reads the driver's own tables of the case
 };
 
 }  // namespace veriflex::engine

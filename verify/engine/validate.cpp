@@ -97,7 +97,7 @@ std::vector<Case> check_cases(const std::vector<fs::path>& paths, const fs::path
   for (const fs::path& path : paths) {
     problems.attempt([&] {
       std::vector<InputError> found;
-      const io::Section top = io::parse_document(io::read_file(path), path.string());
+      const io::Table top = io::parse_document(io::read_file(path), path.string());
       cases.push_back(read_parts(top, path, drivers, reference_folder, found));
       for (const InputError& error : found) problems.add(error.what());
       if (found.empty()) compare_with_baseline(cases.back(), case_folder, reference_folder);

@@ -28,7 +28,7 @@ void read(char reader, const std::string& text) {
         .shown(text.substr(0, line));
   } else {
     std::vector<InputError> problems;
-    const io::Section top = io::parse_document(text, "fuzz.toml");
+    const io::Table top = io::parse_document(text, "fuzz.toml");
     engine::read_parts(top, "/nowhere/fuzz.toml", drivers::all(), VERIFLEX_SOURCE_DIR "/reference", problems);
     top.asked();
   }

@@ -18,7 +18,7 @@ const std::string angles = "[angle]\nstiffness = 0.025\n";
 const std::string chain = "[solid]\nshape = \"chain\"\nnodes = 9\n";
 const std::string wide = "[solid]\nshape = \"bar\"\nnodes = [3, 1, 9]\n";
 
-using Read = engine::Study (*)(const io::Section&);
+using Read = engine::Study (*)(const io::Table&);
 
 void refuses(Read read, const std::string& text, const std::string& message) {
   CHECK_THROWS_WITH(read(io::parse_document(text, "bad.toml")), ContainsSubstring(message));

@@ -233,7 +233,7 @@ TEST_CASE("SHA-256 of the standard's examples") {
 }
 
 TEST_CASE("Documents: dotted paths show values, and every unknown key is named") {
-  const io::Section top = io::parse_document("a = 1\n[b]\nc = [1, 2]\n[[d]]\ne = \"x\"\nf = 1\n", "t.toml");
+  const io::Table top = io::parse_document("a = 1\n[b]\nc = [1, 2]\n[[d]]\ne = \"x\"\nf = 1\n", "t.toml");
   CHECK(top.shown("a") == "1");
   CHECK(top.shown("b.c") == "[ 1, 2 ]");
   CHECK(top.shown("b.c.1") == "2");

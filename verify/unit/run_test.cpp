@@ -350,7 +350,7 @@ TEST_CASE("An override adds tables, and says that what stands in them comes from
   CHECK_THROWS_AS(document({"d.2.e=2"}), InputError);
   CHECK_THROWS_AS(document({"a.b=2"}), InputError);
   CHECK_THROWS_AS(document({"d..e=2"}), InputError);
-  const io::Section top = document({"w={every=0, deep=[{x=1}]}", "b.c=2"});
+  const io::Table top = document({"w={every=0, deep=[{x=1}]}", "b.c=2"});
   CHECK(to_string(top.table("w").place("every")) == "--set w={every=0, deep=[{x=1}]}");
   CHECK(to_string(top.table("w").tables("deep").front().place("x")) == "--set w={every=0, deep=[{x=1}]}");
   CHECK(to_string(top.table("w").place()) == "--set w={every=0, deep=[{x=1}]}");

@@ -18,7 +18,7 @@ namespace {
 using observe::Observations;
 using observe::Record;
 
-void compare_angle(double stiffness, bool straight, const Table& table, Observations& seen) {
+void compare_angle(double stiffness, bool straight, const PeerTable& table, Observations& seen) {
   const auto rows = static_cast<Eigen::Index>(table.rows());
   const std::array<Positions, 3> at{table.vectors("", "1"), table.vectors("", "2"), table.vectors("", "3")};
   const std::array<Positions, 3> peer{table.vectors("f", "1"), table.vectors("f", "2"),
@@ -95,7 +95,7 @@ void compare_angle(double stiffness, bool straight, const Table& table, Observat
 
 }  // namespace
 
-engine::Study read_angle_table(const io::Section& top, const io::Section& peer) {
+engine::Study read_angle_table(const io::Table& top, const io::Table& peer) {
   const double stiffness = engine::read_angle_stiffness(top);
   if (stiffness == 0.0)
     throw InputError(top.place(), "the case lacks [angle]", "its stiffness decides the forces",
@@ -105,7 +105,7 @@ engine::Study read_angle_table(const io::Section& top, const io::Section& peer) 
     peer.fail("rest_angle", fmt::format("'rest_angle' is {}", rest_angle), "angles rest at 90 or 180 degrees",
               "Choose one of these");
   }
-  const Table table(peer, "table", peer.text("table"));
+  const PeerTable table(peer, "table", peer.text("table"));
   table.need(joined({"theta", "energy"},
                     {xyz("", "1"), xyz("", "2"), xyz("", "3"), xyz("f", "1"), xyz("f", "2"), xyz("f", "3")}));
   return {.plan = {.built = {{"angle",

@@ -10,7 +10,7 @@
 #include "engine/read_scene.hpp"
 #include "repository.hpp"
 #include "scene/lammps_network.hpp"
-#include "solid/undefined.hpp"
+#include "solid/inadmissible.hpp"
 
 namespace veriflex::drivers::peer {
 
@@ -141,7 +141,7 @@ void warn(const Body& body, Progress& progress) {
   for (const std::string& warning : body.warnings) progress.warn(warning);
 }
 
-Body read_body(const io::Section& top, const io::Section& peer) {
+Body read_body(const io::Table& top, const io::Table& peer) {
   const std::filesystem::path beside = std::filesystem::path(peer.place().file).parent_path();
   const std::string name = peer.text("data");
   std::filesystem::path file = beside / name;
@@ -178,7 +178,7 @@ Body read_body(const io::Section& top, const io::Section& peer) {
   return body;
 }
 
-std::vector<Eigen::Index> nodes_of_rows(const Body& body, const Table& table, const io::Section& peer) {
+std::vector<Eigen::Index> nodes_of_rows(const Body& body, const PeerTable& table, const io::Table& peer) {
   const auto nodes = static_cast<std::size_t>(body.network.node_count());
   std::vector<Eigen::Index> found;
   std::vector<int> times(nodes, 0);
@@ -251,7 +251,7 @@ double evaluate(const solid::Material& material, const solid::Network& network, 
   return solid::visit(material, [&](const auto& law, const auto& angle) {
     solid::Workspace work;
     if (!solid::deform(law, network, u, work) || !solid::gradient(law, angle, network, work, gradient)) {
-      throw NumericalFailure("the table's configuration: " + solid::what_is_undefined(material, network, u));
+      throw NumericalFailure("the table's configuration: " + solid::what_is_inadmissible(material, network, u));
     }
     return solid::energy(law, angle, network, work);
   });

@@ -27,14 +27,14 @@ struct Body {
 
 /// `peer.data` with the case's law and angle stiffness. Throws InputError, also where coefficients or
 /// types of bonds and angles in the file contradict the case.
-Body read_body(const io::Section& top, const io::Section& peer);
+Body read_body(const io::Table& top, const io::Table& peer);
 
 /// Tells of body.warnings.
 void warn(const Body& body, Progress& progress);
 
 /// The node of each row's `id`, in blocks of one row per node. Throws InputError where the table is not of
 /// that body.
-std::vector<Eigen::Index> nodes_of_rows(const Body& body, const Table& table, const io::Section& peer);
+std::vector<Eigen::Index> nodes_of_rows(const Body& body, const PeerTable& table, const io::Table& peer);
 
 /// Rows `from` onwards of a column of vectors, in the order of nodes.
 Positions by_node(const Positions& rows, const std::vector<Eigen::Index>& node_of_row, std::size_t from,

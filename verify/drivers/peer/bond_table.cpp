@@ -14,7 +14,7 @@ namespace {
 using observe::Observations;
 using observe::Record;
 
-void compare_bond(const bond::AnyLaw& law, const Table& table, Observations& seen) {
+void compare_bond(const bond::AnyLaw& law, const PeerTable& table, Observations& seen) {
   const Interval domain = bond::domain(law);
   std::vector<double> energy;
   std::vector<double> force;
@@ -61,9 +61,9 @@ void compare_bond(const bond::AnyLaw& law, const Table& table, Observations& see
 
 }  // namespace
 
-engine::Study read_bond_table(const io::Section& top, const io::Section& peer) {
+engine::Study read_bond_table(const io::Table& top, const io::Table& peer) {
   const bond::AnyLaw law = engine::read_law(top);
-  const Table table(peer, "table", peer.text("table"));
+  const PeerTable table(peer, "table", peer.text("table"));
   table.need({"r", "energy", "force"});
   return {.plan = scene::plan({.law = law, .solid = std::nullopt, .method = "", .moves = false}),
           .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows",

@@ -15,7 +15,7 @@ using observe::Observations;
 using observe::Record;
 
 // The rows that are compared, by their loads away from zero: first the negative ones, then the others.
-std::vector<std::size_t> by_rising_load(const Table& table) {
+std::vector<std::size_t> by_rising_load(const PeerTable& table) {
   std::vector<std::size_t> order;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (!table.clamped(i)) order.push_back(i);
@@ -28,12 +28,12 @@ std::vector<std::size_t> by_rising_load(const Table& table) {
   return order;
 }
 
-void compare_cantilever(const Body& body, const Table& table, std::size_t clamped_layers, Progress& progress,
+void compare_cantilever(const Body& body, const PeerTable& table, std::size_t clamped_layers, Progress& progress,
                         Observations& seen) {
   const solid::Network& network = body.network;
   const auto layers = layers_of(network);
   const std::vector<Eigen::Index>& last = layers.back();
-  solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
+  solid::FixedDofs held = solid::FixedDofs::Constant(network.node_count(), 3, false);
   for (std::size_t i = 0; i < clamped_layers; ++i) hold(held, layers[i], {x_axis, y_axis, z_axis});
   const auto nodes = static_cast<double>(last.size());
   const double rest_x = sum_over(network.rest, last, x_axis) / nodes;
@@ -115,9 +115,9 @@ void compare_cantilever(const Body& body, const Table& table, std::size_t clampe
 
 }  // namespace
 
-engine::Study read_cantilever(const io::Section& top, const io::Section& peer) {
+engine::Study read_cantilever(const io::Table& top, const io::Table& peer) {
   const Body body = read_body(top, peer);
-  const Table table(peer, "table", peer.text("table"));
+  const PeerTable table(peer, "table", peer.text("table"));
   table.need({"force_per_node", "tip_x", "tip_z", "e_bond", "e_angle", "clamp_reaction_x"});
   const auto layers = static_cast<std::int64_t>(layers_of(body.network).size());
   const auto clamped =

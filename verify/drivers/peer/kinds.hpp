@@ -7,11 +7,11 @@
 namespace veriflex::drivers::peer {
 
 /// `top` is the case, `peer` its table of that name.
-engine::Study read_bond_table(const io::Section& top, const io::Section& peer);
-engine::Study read_angle_table(const io::Section& top, const io::Section& peer);
-engine::Study read_node_forces(const io::Section& top, const io::Section& peer);
-engine::Study read_tensile_table(const io::Section& top, const io::Section& peer);
-engine::Study read_cantilever(const io::Section& top, const io::Section& peer);
-engine::Study read_trajectory(const io::Section& top, const io::Section& peer);
+engine::Study read_bond_table(const io::Table& top, const io::Table& peer);
+engine::Study read_angle_table(const io::Table& top, const io::Table& peer);
+engine::Study read_node_forces(const io::Table& top, const io::Table& peer);
+engine::Study read_tensile_table(const io::Table& top, const io::Table& peer);
+engine::Study read_cantilever(const io::Table& top, const io::Table& peer);
+engine::Study read_trajectory(const io::Table& top, const io::Table& peer);
 
 }  // namespace veriflex::drivers::peer

@@ -53,7 +53,7 @@ std::vector<bool> tied_to(const solid::Network& network, const std::vector<Eigen
 }  // namespace
 
 void require_statics(const solid::Network& network, std::size_t held, bool last_held,
-                     const io::Section& peer) {
+                     const io::Table& peer) {
   const auto layers = layers_of(network);
   if (layers.size() < 2)
     peer.fail("data", "all nodes have the same z", "the body is held by layers along z", "Turn the body");
@@ -85,7 +85,7 @@ void require_statics(const solid::Network& network, std::size_t held, bool last_
             "Leave them out, or add their bonds");
 }
 
-void hold(solid::Held& held, const std::vector<Eigen::Index>& nodes, const std::vector<int>& axes) {
+void hold(solid::FixedDofs& held, const std::vector<Eigen::Index>& nodes, const std::vector<int>& axes) {
   for (const Eigen::Index node : nodes) {
     for (const int axis : axes) held(node, axis) = true;
   }

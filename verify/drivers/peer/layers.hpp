@@ -15,9 +15,9 @@ std::vector<std::vector<Eigen::Index>> layers_of(const solid::Network& network);
 /// layers so close that they differ by rounding, nodes that nothing ties to the layers that are held. `held`
 /// of them from the lowest are; the last one too when `last_held`.
 void require_statics(const solid::Network& network, std::size_t held, bool last_held,
-                     const io::Section& peer);
+                     const io::Table& peer);
 
-void hold(solid::Held& held, const std::vector<Eigen::Index>& nodes, const std::vector<int>& axes);
+void hold(solid::FixedDofs& held, const std::vector<Eigen::Index>& nodes, const std::vector<int>& axes);
 
 double sum_over(const Positions& reaction, const std::vector<Eigen::Index>& nodes, int axis);
 

@@ -60,7 +60,7 @@ NodeParts node_parts(const Body& body, const Positions& u) {
   return parts;
 }
 
-void compare_nodes(const Body& body, const Table& table, const std::vector<Eigen::Index>& node_of_row,
+void compare_nodes(const Body& body, const PeerTable& table, const std::vector<Eigen::Index>& node_of_row,
                    Observations& seen) {
   const Eigen::Index nodes = body.network.node_count();
   const auto peer = [&](const std::string& prefix, const std::string& suffix) {
@@ -116,9 +116,9 @@ void compare_nodes(const Body& body, const Table& table, const std::vector<Eigen
 
 }  // namespace
 
-engine::Study read_node_forces(const io::Section& top, const io::Section& peer) {
+engine::Study read_node_forces(const io::Table& top, const io::Table& peer) {
   const Body body = read_body(top, peer);
-  const Table table(peer, "table", peer.text("table"));
+  const PeerTable table(peer, "table", peer.text("table"));
   table.need(joined({"id", "e_bond"}, {xyz("", ""), xyz("f", ""), xyz("f", "_bond")}));
   if (body.has_angles()) table.need(joined({"e_angle"}, {xyz("f", "_angle")}));
   const std::vector<Eigen::Index> node_of_row = nodes_of_rows(body, table, peer);

@@ -11,8 +11,8 @@
 
 namespace veriflex::drivers::peer {
 
-Table::Table(const io::Section& peer, const std::string& key, const std::string& id)
-    : compare_(peer), key_(key) {
+PeerTable::Table(const io::Table& peer, const std::string& key, const std::string& id)
+    : peer_(peer), key_(key) {
   const std::filesystem::path beside = std::filesystem::path(peer.place().file).parent_path();
   reference_ = engine::find_reference(id, beside, repository::references(), peer.place(key));
   if (reference_.columns.empty()) {
@@ -26,11 +26,11 @@ Table::Table(const io::Section& peer, const std::string& key, const std::string&
   }
 }
 
-void Table::fail(const std::string& problem, const std::string& why, const std::string& suggestion) const {
-  compare_.fail(key_, problem, why, suggestion);
+void PeerTable::fail(const std::string& problem, const std::string& why, const std::string& suggestion) const {
+  peer_.fail(key_, problem, why, suggestion);
 }
 
-std::vector<std::int64_t> Table::counts(const std::string& name) const {
+std::vector<std::int64_t> PeerTable::counts(const std::string& name) const {
   constexpr double most = 1e15;  // whole numbers up to here are exact
   std::vector<std::int64_t> all;
   for (const double value : (*this)[name]) {
@@ -43,18 +43,18 @@ std::vector<std::int64_t> Table::counts(const std::string& name) const {
   return all;
 }
 
-void Table::need(const std::vector<std::string>& names) const {
+void PeerTable::need(const std::vector<std::string>& names) const {
   for (const std::string& name : names) {
     if (find(name) != nullptr) continue;
     std::vector<std::string> has;
     for (const io::CsvColumn& column : reference_.columns) has.push_back(column.name);
-    compare_.fail(key_, fmt::format("the table of '{}' has no column '{}'", reference_.id, name),
+    peer_.fail(key_, fmt::format("the table of '{}' has no column '{}'", reference_.id, name),
                   fmt::format("it has: {}; needed: {}", fmt::join(has, ", "), fmt::join(names, ", ")),
                   "Look at the kind of comparison and at the table");
   }
 }
 
-Positions Table::vectors(const std::string& prefix, const std::string& suffix) const {
+Positions PeerTable::vectors(const std::string& prefix, const std::string& suffix) const {
   Positions all(static_cast<Eigen::Index>(rows()), 3);
   for (int axis = 0; axis < 3; ++axis) {
     const std::vector<double>& values = (*this)[prefix + "xyz"[axis] + suffix];
@@ -63,18 +63,18 @@ Positions Table::vectors(const std::string& prefix, const std::string& suffix) c
   return all;
 }
 
-bool Table::clamped(std::size_t row) const {
+bool PeerTable::clamped(std::size_t row) const {
   const std::vector<double>* flags = find("clamped");
   return flags != nullptr && (*flags)[row] != 0.0;
 }
 
-std::vector<bool> Table::clamped() const {
+std::vector<bool> PeerTable::clamped() const {
   std::vector<bool> flags;
   for (std::size_t row = 0; row < rows(); ++row) flags.push_back(clamped(row));
   return flags;
 }
 
-const std::vector<double>* Table::find(const std::string& name) const {
+const std::vector<double>* PeerTable::find(const std::string& name) const {
   for (const io::CsvColumn& column : reference_.columns) {
     if (column.name == name) return &column.values;
   }
@@ -125,7 +125,7 @@ std::vector<double> lengths(const Positions& vectors) {
   return {norms.begin(), norms.end()};
 }
 
-void count_rows(const Table& table, observe::Observations& seen) {
+void count_rows(const PeerTable& table, observe::Observations& seen) {
   std::size_t clamped = 0;
   for (std::size_t i = 0; i < table.rows(); ++i) clamped += table.clamped(i);
   seen.metrics.push_back(

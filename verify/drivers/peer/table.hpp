@@ -18,11 +18,11 @@ namespace veriflex::drivers::peer {
 /// The table of a reference, whose columns are asked for by name. A row in which the other program is known
 /// not to compute the stated potential carries `clamped` = 1: it does not enter the errors, and need not have
 /// an answer here.
-class Table {
+class PeerTable {
  public:
   /// The reference `id`, which the case names as `key`. Throws InputError when it has no table, or none of
   /// its rows is compared.
-  Table(const io::Section& peer, const std::string& key, const std::string& id);
+  PeerTable(const io::Table& peer, const std::string& key, const std::string& id);
 
   /// All columns that a kind needs, or an InputError at the case's key.
   void need(const std::vector<std::string>& names) const;
@@ -44,7 +44,7 @@ class Table {
  private:
   const std::vector<double>* find(const std::string& name) const;
 
-  io::Section compare_;
+  io::Table peer_;
   std::string key_;
   engine::Reference reference_;
 };
@@ -83,6 +83,6 @@ std::vector<double> minus(std::vector<double> a, const std::vector<double>& b);
 std::vector<double> lengths(const Positions& vectors);
 
 /// Adds the metrics `rows` and `clamped_rows`.
-void count_rows(const Table& table, observe::Observations& seen);
+void count_rows(const PeerTable& table, observe::Observations& seen);
 
 }  // namespace veriflex::drivers::peer

@@ -14,7 +14,7 @@ using observe::Observations;
 using observe::Record;
 
 // Holds what else could shift across z and turn about it; no force is needed for that.
-void hold_in_plane(solid::Held& held, const solid::Network& network) {
+void hold_in_plane(solid::FixedDofs& held, const solid::Network& network) {
   const Eigen::VectorXd dx = (network.rest.col(x_axis).array() - network.rest(0, x_axis)).matrix();
   const Eigen::VectorXd dy = (network.rest.col(y_axis).array() - network.rest(0, y_axis)).matrix();
   Eigen::Index far = 0;
@@ -23,12 +23,12 @@ void hold_in_plane(solid::Held& held, const solid::Network& network) {
   if (far != 0) held(far, std::abs(dx[far]) >= std::abs(dy[far]) ? y_axis : x_axis) = true;
 }
 
-void compare_tensile(const Body& body, const Table& table, Progress& progress, Observations& seen) {
+void compare_tensile(const Body& body, const PeerTable& table, Progress& progress, Observations& seen) {
   const solid::Network& network = body.network;
   const auto layers = layers_of(network);
   const double bottom = network.rest(layers.front().front(), z_axis);
   const double length = network.rest(layers.back().front(), z_axis) - bottom;
-  solid::Held held = solid::Held::Constant(network.node_count(), 3, false);
+  solid::FixedDofs held = solid::FixedDofs::Constant(network.node_count(), 3, false);
   hold(held, layers.front(), {z_axis});
   hold(held, layers.back(), {z_axis});
   hold_in_plane(held, network);
@@ -85,9 +85,9 @@ void compare_tensile(const Body& body, const Table& table, Progress& progress, O
 
 }  // namespace
 
-engine::Study read_tensile_table(const io::Section& top, const io::Section& peer) {
+engine::Study read_tensile_table(const io::Table& top, const io::Table& peer) {
   const Body body = read_body(top, peer);
-  const Table table(peer, "table", peer.text("table"));
+  const PeerTable table(peer, "table", peer.text("table"));
   table.need({"strain", "force_bottom", "force_top", "e_bond", "e_angle"});
   require_statics(body.network, 1, true, peer);
   return {.plan = plan_of(body, newton, false),

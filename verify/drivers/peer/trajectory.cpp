@@ -27,7 +27,7 @@ struct Motion {
   std::int64_t early;  // the steps up to which `early_position_error` is measured
 };
 
-void compare_trajectory(const Body& body, const Table& table, const Table& energies,
+void compare_trajectory(const Body& body, const PeerTable& table, const PeerTable& energies,
                         const std::vector<Eigen::Index>& node_of_row, const Motion& motion,
                         Progress& progress, Observations& seen) {
   const solid::Network& network = body.network;
@@ -80,7 +80,7 @@ void compare_trajectory(const Body& body, const Table& table, const Table& energ
   solid::Conditions conditions;
   conditions.node_mass = motion.node_mass;
   const double omega = solid::largest_frequency(body.material, network, Positions::Zero(nodes, 3),
-                                                solid::Held::Constant(nodes, 3, false), motion.node_mass);
+                                                solid::FixedDofs::Constant(nodes, 3, false), motion.node_mass);
   const double over_limit = 0.5 * omega * motion.time_step;
   seen.metrics.push_back({"dt_over_limit", over_limit, "1",
                           "time step over the linear limit 2/omega_max of the data file's positions"});
@@ -150,7 +150,7 @@ void compare_trajectory(const Body& body, const Table& table, const Table& energ
 }
 
 // One frame after the other, each of one step: a row of another step would be compared with the wrong time.
-void refuse_mixed_frames(const Body& body, const Table& table) {
+void refuse_mixed_frames(const Body& body, const PeerTable& table) {
   constexpr std::int64_t last_step = 1'000'000'000;
   const auto nodes = static_cast<std::size_t>(body.network.node_count());
   const std::vector<std::int64_t> steps = table.counts("step");
@@ -175,7 +175,7 @@ void refuse_mixed_frames(const Body& body, const Table& table) {
 }
 
 // The case's, which must agree with the data file's; else the data file's; else 1.
-double node_mass_of(const Body& body, const io::Section& peer) {
+double node_mass_of(const Body& body, const io::Table& peer) {
   const std::optional<double> given = peer.number_if("node_mass");
   if (given && body.node_mass && std::abs(*given - *body.node_mass) > 1e-6 * *body.node_mass) {
     peer.fail("node_mass", fmt::format("'node_mass' is {}", *given),
@@ -187,11 +187,11 @@ double node_mass_of(const Body& body, const io::Section& peer) {
 
 }  // namespace
 
-engine::Study read_trajectory(const io::Section& top, const io::Section& peer) {
+engine::Study read_trajectory(const io::Table& top, const io::Table& peer) {
   const Body body = read_body(top, peer);
-  const Table table(peer, "table", peer.text("table"));
+  const PeerTable table(peer, "table", peer.text("table"));
   table.need(joined({"step", "id"}, {xyz("", ""), xyz("v", "")}));
-  const Table energies(peer, "energies", peer.text("energies"));
+  const PeerTable energies(peer, "energies", peer.text("energies"));
   energies.need({"step", "total"});
   const std::vector<Eigen::Index> node_of_row = nodes_of_rows(body, table, peer);
   refuse_mixed_frames(body, table);

@@ -1,4 +1,4 @@
-#include "solid/freedom.hpp"
+#include "solid/dof_map.hpp"
 
 #include <fmt/format.h>
 
@@ -38,11 +38,11 @@ Eigen::Index eigenvalues_below(const Sparse& h, double shift) {
   return (factor.vectorD().array() < 0.0).count();
 }
 
-Freedom::Freedom(const Held& held) : number(held.size()) {
+DofMap::DofMap(const FixedDofs& held) : number(held.size()) {
   for (Eigen::Index i = 0; i < held.size(); ++i) number[i] = held.data()[i] ? -1 : count++;
 }
 
-Eigen::VectorXd Freedom::gather(const Positions& all) const {
+Eigen::VectorXd DofMap::gather(const Positions& all) const {
   Eigen::VectorXd free(count);
   for (Eigen::Index i = 0; i < number.size(); ++i) {
     if (number[i] >= 0) free[number[i]] = all.data()[i];
@@ -50,7 +50,7 @@ Eigen::VectorXd Freedom::gather(const Positions& all) const {
   return free;
 }
 
-Positions Freedom::scatter(const Eigen::VectorXd& free, double scale) const {
+Positions DofMap::scatter(const Eigen::VectorXd& free, double scale) const {
   Positions all = Positions::Zero(number.size() / 3, 3);
   for (Eigen::Index i = 0; i < number.size(); ++i) {
     if (number[i] >= 0) all.data()[i] = scale * free[number[i]];
@@ -58,7 +58,7 @@ Positions Freedom::scatter(const Eigen::VectorXd& free, double scale) const {
   return all;
 }
 
-Sparse Freedom::restrict(const std::vector<Eigen::Triplet<double>>& entries) const {
+Sparse DofMap::restrict(const std::vector<Eigen::Triplet<double>>& entries) const {
   std::vector<Eigen::Triplet<double>> kept;
   kept.reserve(entries.size());
   for (const auto& t : entries) {

@@ -1,4 +1,4 @@
-#include "solid/undefined.hpp"
+#include "solid/inadmissible.hpp"
 
 #include <fmt/format.h>
 
@@ -29,7 +29,7 @@ std::string describe(const Network& network, const Angle& t, const Vec3& a, cons
 
 }  // namespace
 
-std::string what_is_undefined(const Material& material, const Network& network, const Positions& u) {
+std::string what_is_inadmissible(const Material& material, const Network& network, const Positions& u) {
   const Interval domain = bond::domain(material.law);
   for (std::size_t i = 0; i < network.bonds.size(); ++i) {
     const Bond& bond = network.bonds[i];

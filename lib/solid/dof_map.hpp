@@ -10,14 +10,14 @@
 
 namespace veriflex::solid {
 
-/// Numbers the coordinates that are not held, in the order of storage.
-struct Freedom {
-  Eigen::VectorXi number;  // of each coordinate; -1 where held
+/// Numbers the coordinates that are not fixed, in the order of storage.
+struct DofMap {
+  Eigen::VectorXi number;  // of each coordinate; -1 where fixed
   int count = 0;
 
-  explicit Freedom(const Held& held);
+  explicit DofMap(const FixedDofs& held);
   Eigen::VectorXd gather(const Positions& all) const;
-  Positions scatter(const Eigen::VectorXd& free, double scale) const;  // zero where held
+  Positions scatter(const Eigen::VectorXd& free, double scale) const;  // zero where fixed
   Eigen::SparseMatrix<double> restrict(const std::vector<Eigen::Triplet<double>>& entries) const;
 };
 

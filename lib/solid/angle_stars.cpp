@@ -56,13 +56,13 @@ Sets connected(const std::vector<Angle>& angles, std::size_t bonds) {
 }
 
 // Arms in an order that makes like nodes look alike: those that rest opposite each other first, in pairs.
-Arms sorted_arms(const std::vector<Angle>& fan) {
+Arms sorted_arms(const std::vector<Angle>& star) {
   Arms arms;
   const auto add = [&](std::int32_t arm) {
     if (!contains(arms, arm)) arms.push_back(arm);
   };
   for (const bool straight : {true, false}) {
-    for (const Angle& t : fan) {
+    for (const Angle& t : star) {
       if (t.straight != straight) continue;
       add(arm_a(t));
       add(arm_b(t));
@@ -73,13 +73,13 @@ Arms sorted_arms(const std::vector<Angle>& fan) {
 
 class Arrangement {
  public:
-  void add(const std::vector<Angle>& fan) {
-    const Arms arms = sorted_arms(fan);
+  void add(const std::vector<Angle>& star) {
+    const Arms arms = sorted_arms(star);
     const auto number = [&](std::int32_t arm) {
       return static_cast<std::uint8_t>(std::find(arms.begin(), arms.end(), arm) - arms.begin());
     };
-    std::vector<AngleFans::Pair> pairs;
-    for (const Angle& t : fan) {
+    std::vector<AngleStars::Pair> pairs;
+    for (const Angle& t : star) {
       const auto [a, b] = std::minmax({number(arm_a(t)), number(arm_b(t))});
       pairs.push_back({a, b, t.straight});
     }
@@ -88,50 +88,50 @@ class Arrangement {
     all.insert(all.end(), arms.begin(), arms.end());
   }
 
-  AngleFans result() const {
-    AngleFans fans;
-    for (const auto& [pairs, by_fan] : arms_of_shape_) {
+  AngleStars result() const {
+    AngleStars stars;
+    for (const auto& [pairs, by_star] : arms_of_shape_) {
       std::size_t arms = 0;
-      for (const AngleFans::Pair& pair : pairs) arms = std::max<std::size_t>(arms, pair.b + 1U);
-      AngleFans::Group group{pairs, by_fan.size() / arms, 0, {}};
-      group.lanes = (group.fans + 7) / 8 * 8;
+      for (const AngleStars::Pair& pair : pairs) arms = std::max<std::size_t>(arms, pair.b + 1U);
+      AngleStars::Group group{pairs, by_star.size() / arms, 0, {}};
+      group.lanes = (group.stars + 7) / 8 * 8;
       for (std::size_t arm = 0; arm < arms; ++arm) {
         for (std::size_t i = 0; i < group.lanes; ++i)
-          group.arms.push_back(by_fan[std::min(i, group.fans - 1) * arms + arm]);
+          group.arms.push_back(by_star[std::min(i, group.stars - 1) * arms + arm]);
       }
-      fans.angle_count += group.fans * pairs.size();
-      fans.groups.push_back(group);
+      stars.angle_count += group.stars * pairs.size();
+      stars.groups.push_back(group);
     }
-    return fans;
+    return stars;
   }
 
  private:
-  std::map<std::vector<AngleFans::Pair>, Arms> arms_of_shape_;  // arms fan by fan
+  std::map<std::vector<AngleStars::Pair>, Arms> arms_of_shape_;  // arms star by star
 };
 
 }  // namespace
 
-AngleFans arrange(const std::vector<Angle>& angles, std::size_t bonds) {
+AngleStars arrange(const std::vector<Angle>& angles, std::size_t bonds) {
   const Sets sets = connected(angles, bonds);
   Arrangement arrangement;
-  std::vector<Angle> fan;
+  std::vector<Angle> star;
   Arms arms;
   for (std::size_t set = 0; set + 1 < sets.begin.size(); ++set) {
     for (std::size_t i = sets.begin[set]; i < sets.begin[set + 1]; ++i) {
       const Angle& t = angles[sets.order[i]];
       const std::size_t more = (contains(arms, arm_a(t)) ? 0U : 1U) + (contains(arms, arm_b(t)) ? 0U : 1U);
-      if (arms.size() + more > AngleFans::most_arms) {
-        arrangement.add(fan);
-        fan.clear();
+      if (arms.size() + more > AngleStars::max_arms) {
+        arrangement.add(star);
+        star.clear();
         arms.clear();
       }
       for (const std::int32_t arm : {arm_a(t), arm_b(t)}) {
         if (!contains(arms, arm)) arms.push_back(arm);
       }
-      fan.push_back(t);
+      star.push_back(t);
     }
-    arrangement.add(fan);
-    fan.clear();
+    arrangement.add(star);
+    star.clear();
     arms.clear();
   }
   return arrangement.result();
