@@ -19,10 +19,10 @@
 #include "base/say.hpp"
 #include "base/stop.hpp"
 #include "claims_command.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/baseline.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
+#include "measures/drivers.hpp"
 #include "repository.hpp"
 #include "threads.hpp"
 
@@ -54,7 +54,7 @@ struct Options {
 };
 
 Case read(const fs::path& path, const Options& options) {
-  Case c = engine::read_case(path, options.overrides, drivers::all(), repository::references());
+  Case c = engine::read_case(path, options.overrides, measures::all(), repository::references());
   engine::compare_with_baseline(c, repository::cases(), repository::references());
   return c;
 }

@@ -8,11 +8,11 @@
 
 #include "base/say.hpp"
 #include "base/stop.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/baseline.hpp"
 #include "engine/validate.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
+#include "measures/drivers.hpp"
 #include "repository.hpp"
 #include "threads.hpp"
 
@@ -29,7 +29,7 @@ using engine::Verdict;
 
 // Without the checks against its baseline.
 Case read(const std::string& name) {
-  return engine::read_case(engine::case_named(name, repository::cases()), {}, drivers::all(),
+  return engine::read_case(engine::case_named(name, repository::cases()), {}, measures::all(),
                            repository::references());
 }
 
@@ -46,7 +46,7 @@ std::string shell_word(const std::string& word) {
 int validate_command(const std::vector<std::string>& names) {
   std::vector<std::string> problems;
   if (names.empty()) {
-    problems = engine::problems_of_repository(repository::cases(), repository::references(), drivers::all());
+    problems = engine::problems_of_repository(repository::cases(), repository::references(), measures::all());
   } else {
     std::vector<fs::path> paths;
     for (const std::string& name : names) {
@@ -57,7 +57,7 @@ int validate_command(const std::vector<std::string>& names) {
       }
     }
     for (std::string& one :
-         engine::problems_of(paths, repository::cases(), repository::references(), drivers::all())) {
+         engine::problems_of(paths, repository::cases(), repository::references(), measures::all())) {
       problems.push_back(std::move(one));
     }
   }

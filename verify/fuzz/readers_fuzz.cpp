@@ -4,11 +4,11 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/drivers.hpp"
 #include "engine/case.hpp"
 #include "engine/ledger.hpp"
 #include "engine/reference.hpp"
 #include "io/csv.hpp"
+#include "measures/drivers.hpp"
 
 using namespace veriflex;
 
@@ -29,7 +29,8 @@ void read(char reader, const std::string& text) {
   } else {
     std::vector<InputError> problems;
     const io::Table top = io::parse_document(text, "fuzz.toml");
-    engine::read_parts(top, "/nowhere/fuzz.toml", drivers::all(), VERIFLEX_SOURCE_DIR "/reference", problems);
+    engine::read_parts(top, "/nowhere/fuzz.toml", measures::all(), VERIFLEX_SOURCE_DIR "/reference",
+                       problems);
     top.asked();
   }
 }

@@ -5,7 +5,7 @@
 #include "base/error.hpp"
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
-#include "drivers/filament_compare.hpp"
+#include "measures/filament/filament_compare.hpp"
 #include "scene/simulation.hpp"
 #include "unit/command.hpp"
 
@@ -171,16 +171,16 @@ TEST_CASE("A marker whose support contains a solid node is refused, and one besi
 }
 
 TEST_CASE("Swimming and the change from period to period are measured over the last period") {
-  drivers::StrokeResult seen;
-  for (int k = 0; k < 3 * drivers::phases_per_period; ++k) {
+  measures::StrokeResult seen;
+  for (int k = 0; k < 3 * measures::phases_per_period; ++k) {
     seen.centre.push_back({0.0, k < 16 ? 100.0 : 0.25 * (k - 15), 0.0});
     seen.lines.push_back(Positions::Constant(3, 3, k < 8 ? 50.0 : k < 16 ? 0.0 : 0.5));
     seen.lines.back().col(1).setConstant(seen.centre.back()[1]);
   }
   seen.centre[15][1] = 0.75;
   seen.lines[15].col(1).setConstant(0.75);
-  CHECK(drivers::swum(seen) == Approx(0.25 * 8 - 0.75));
-  CHECK(drivers::change_over_last_period(seen, 2.0) == Approx(0.5 * std::sqrt(2.0) / 2.0));
+  CHECK(measures::swum(seen) == Approx(0.25 * 8 - 0.75));
+  CHECK(measures::change_over_last_period(seen, 2.0) == Approx(0.5 * std::sqrt(2.0) / 2.0));
 }
 
 namespace {

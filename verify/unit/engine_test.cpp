@@ -6,7 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "catch.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/baseline.hpp"
 #include "engine/ledger.hpp"
 #include "engine/result.hpp"
@@ -15,6 +14,7 @@
 #include "io/csv.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "measures/drivers.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -81,7 +81,7 @@ Result run_with(const Case& c, int threads) {
 }
 
 Case shipped(const std::string& id) {
-  return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, drivers::all(), references);
+  return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, measures::all(), references);
 }
 
 std::string named(const std::string& text, const std::string& id) {
@@ -382,7 +382,7 @@ TEST_CASE(
   const Reference first = read_reference(folder.path() / "bad-baseline.toml");
   CHECK(first.target_kind == "baseline");
   CHECK(first.origin->reason == reason);
-  const Result result = run_with(read_case(folder.path() / "bad.toml", {}, drivers::all(), references), 1);
+  const Result result = run_with(read_case(folder.path() / "bad.toml", {}, measures::all(), references), 1);
   REQUIRE(first.values.size() == result.seen.metrics.size());
   for (const Change& change : changes(first, result.seen)) {
     REQUIRE((change.earlier && change.now));
@@ -483,7 +483,7 @@ TEST_CASE("validate finds what is wrong between cases, references, ledger and bi
       "dimension = \"1\"\nmeaning = \"x\"\n";
   const auto problems = [&] {
     std::string text;
-    for (const std::string& problem : problems_of_repository(cases, shelf, drivers::all()))
+    for (const std::string& problem : problems_of_repository(cases, shelf, measures::all()))
       text += problem + "\n";
     return text;
   };

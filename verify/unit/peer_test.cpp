@@ -5,12 +5,12 @@
 
 #include "base/progress.hpp"
 #include "catch.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/case.hpp"
 #include "engine/cost.hpp"
 #include "engine/verdict.hpp"
 #include "io/document.hpp"
 #include "io/file.hpp"
+#include "measures/drivers.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -75,7 +75,7 @@ struct Seen {
 
 Seen compared(const Folder& folder, const std::string& text) {
   const engine::Study study =
-      drivers::read_peer(io::parse_document(text, (folder.path() / "case.toml").string()));
+      measures::read_peer(io::parse_document(text, (folder.path() / "case.toml").string()));
   Progress progress("test");
   engine::Cost cost;
   Seen seen;
@@ -350,7 +350,7 @@ TEST_CASE("Records of beams, columns and waves can be held against a table of on
     folder.write("case.toml", text);
     const auto verdict_with = [&](const std::string& csv) {
       write_table(folder, "t", csv);
-      const engine::Case c = engine::read_case(folder.path() / "case.toml", {}, drivers::all(),
+      const engine::Case c = engine::read_case(folder.path() / "case.toml", {}, measures::all(),
                                                VERIFLEX_SOURCE_DIR "/reference");
       Progress progress("test");
       engine::Cost cost;

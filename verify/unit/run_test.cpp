@@ -15,11 +15,11 @@
 
 #include "base/stop.hpp"
 #include "catch.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/baseline.hpp"
 #include "engine/result.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "measures/drivers.hpp"
 #include "observe/interrupted.hpp"
 #include "unit/command.hpp"
 

@@ -10,12 +10,12 @@
 
 #include "bond/laws.hpp"
 #include "catch.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/case.hpp"
 #include "engine/ledger.hpp"
 #include "engine/reference.hpp"
 #include "engine/validate.hpp"
 #include "io/file.hpp"
+#include "measures/drivers.hpp"
 
 using namespace veriflex;
 namespace fs = std::filesystem;
@@ -67,7 +67,7 @@ Names asked_of_cases() {
   for (const fs::path& path : files(root / "cases", ".toml")) {
     const io::Table top = io::parse_document(io::read_file(path), path.string());
     std::vector<InputError> problems;
-    engine::read_parts(top, path, drivers::all(), references, problems);
+    engine::read_parts(top, path, measures::all(), references, problems);
     REQUIRE(problems.empty());
     add(asked, top.asked());
   }
@@ -152,8 +152,11 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
   const Names asked = asked_of_cases();
   CHECK(undocumented(asked, paths) == none);
 
-  std::vector<fs::path> sources = files(root / "verify" / "drivers", ".cpp");
-  for (const fs::path& kind : files(root / "verify" / "drivers" / "peer", ".cpp")) sources.push_back(kind);
+  std::vector<fs::path> sources;
+  for (const fs::directory_entry& subject : fs::directory_iterator(root / "verify" / "measures")) {
+    if (!subject.is_directory()) continue;
+    for (const fs::path& source : files(subject.path(), ".cpp")) sources.push_back(source);
+  }
   sources.push_back(root / "verify" / "engine" / "case.cpp");
   sources.push_back(root / "verify" / "engine" / "read_scene.cpp");
   const ReadersSource source = scan(sources);
@@ -208,7 +211,7 @@ TEST_CASE(
 
 TEST_CASE("The documents name every driver, law, tier and kind") {
   const std::string text = io::read_file(root / "cases" / "README.md");
-  for (const engine::Driver& driver : drivers::all())
+  for (const engine::Driver& driver : measures::all())
     CHECK_THAT(text, ContainsSubstring("`" + driver.name + "`"));
   for (const std::string& law : bond::law_names()) CHECK_THAT(text, ContainsSubstring("`" + law + "`"));
   for (const std::string& tier : engine::tiers()) CHECK_THAT(text, ContainsSubstring("`" + tier + "`"));
@@ -223,9 +226,8 @@ TEST_CASE("The documents name every driver, law, tier and kind") {
 
 TEST_CASE("The examples in the schema documents are valid") {
   std::vector<InputError> problems;
-  const io::Table top =
-      io::parse_document(toml_block(root / "cases" / "README.md", "[[check]]"), "example");
-  const engine::Case c = engine::read_parts(top, "minimal.toml", drivers::all(), references, problems);
+  const io::Table top = io::parse_document(toml_block(root / "cases" / "README.md", "[[check]]"), "example");
+  const engine::Case c = engine::read_parts(top, "minimal.toml", measures::all(), references, problems);
   for (const InputError& problem : problems) FAIL_CHECK(problem.what());
   CHECK(c.assumed.size() == 1);
   CHECK(c.assumed.front().value == "[ 4, 4, 12 ]");
@@ -253,7 +255,7 @@ TEST_CASE("No table of a page is broken by an empty line") {
 }
 
 TEST_CASE("Cases, references, claims and bibliography of the repository agree") {
-  CHECK(engine::problems_of_repository(root / "cases", references, drivers::all()) == none);
+  CHECK(engine::problems_of_repository(root / "cases", references, measures::all()) == none);
 }
 
 TEST_CASE("The ledger covers Eqs. 1-27, Figs. 1-8 and Appendix A") {
