@@ -16,14 +16,9 @@
 #include "base/grid.hpp"
 #include "base/vec.hpp"
 #include "fluid/lattice.hpp"
+#include "fluid/scheme.hpp"
 
 namespace veriflex::fluid {
-
-/// What a population is stored and computed in.
-enum class Storage { Double, Float };
-
-/// How the body force enters, see collide.hpp. Forces at single nodes are always of first order.
-enum class Scheme { FirstOrder, Guo };
 
 /// Half-way bounce-back walls at both ends of an axis: half a spacing outside the first and the last node. A
 /// wall may move; only its motion along itself is meant. Where two walls meet, the link across both belongs

@@ -196,14 +196,8 @@ struct Step {
   }
 
   static void run(const Lattice<Real>& lattice) {
-    switch (lattice.forcing) {
-      case Forcing::None:
-        return all<NoForce>(lattice);
-      case Forcing::FirstOrder:
-        return all<FirstOrderForce>(lattice);
-      case Forcing::Guo:
-        return all<GuoForce>(lattice);
-    }
+    if (!lattice.forced) return all<NoForce>(lattice);
+    visit(lattice.scheme, [&](auto force) { all<decltype(force)>(lattice); });
   }
 };
 

@@ -209,12 +209,12 @@ fluid::Spec read_fluid(const io::Table& top, Varied varied) {
   fluid::Spec spec{.grid = {{1, 1, 1}}, .relaxation_time = 1.0};
   if (varied == Varied::Nothing) spec.grid.size = read_box(table);
   if (varied != Varied::NodesAndRelaxationTime) spec.relaxation_time = read_relaxation_time(table);
-  if (table.has("storage") && table.choice("storage", {"double", "float"}) == "float") {
-    spec.storage = fluid::Storage::Float;
+  if (table.has("storage")) {
+    spec.storage = row_named(fluid::storages, table.choice("storage", names_of(fluid::storages))).value;
   }
   if (table.has("body_force")) spec.body_force = read_vector(table, "body_force");
-  if (table.has("force_scheme") && table.choice("force_scheme", {"first-order", "guo"}) == "guo") {
-    spec.scheme = fluid::Scheme::Guo;
+  if (table.has("force_scheme")) {
+    spec.scheme = row_named(fluid::schemes, table.choice("force_scheme", names_of(fluid::schemes))).value;
   }
   for (std::size_t axis = 0; axis < 3; ++axis) spec.walls[axis] = read_walls(table, axis);
   if (varied == Varied::Nothing && table.has("obstacle")) spec.obstacle = read_voxels(table, spec);
@@ -241,11 +241,7 @@ scene::CouplingSpec read_coupling(const io::Table& top) {
   if (!top.has("coupling")) return spec;
   const io::Table table = top.table("coupling");
   if (table.has("delta")) {
-    const std::string name = table.choice("delta", {"cosine", "cosine-ball", "3-point", "4-point"});
-    spec.delta = name == "cosine"        ? coupling::Delta::Cosine
-                 : name == "cosine-ball" ? coupling::Delta::CosineBall
-                 : name == "3-point"     ? coupling::Delta::ThreePoint
-                                         : coupling::Delta::FourPoint;
+    spec.delta = row_named(coupling::deltas, table.choice("delta", names_of(coupling::deltas))).value;
   }
   if (table.has_list("nodes")) {
     spec.coupled = scene::Coupled::Listed;

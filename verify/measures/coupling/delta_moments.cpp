@@ -55,19 +55,6 @@ Moments moments_at(coupling::Transfer& transfer, const Vec3& X) {
   return m;
 }
 
-struct Kernel {
-  Delta delta;
-  std::string name;
-};
-
-const std::vector<Kernel>& kernels() {
-  static const std::vector<Kernel> all{{Delta::Cosine, "cosine"},
-                                       {Delta::CosineBall, "ball"},
-                                       {Delta::ThreePoint, "three_point"},
-                                       {Delta::FourPoint, "four_point"}};
-  return all;
-}
-
 struct Extremes {
   double sum_error = 0.0;
   double sum_min = std::numeric_limits<double>::infinity();
@@ -111,12 +98,12 @@ std::vector<Record> scans() {
     for (int i = 0; i <= scan_steps; ++i)
       record.columns.front().values.push_back(static_cast<double>(i) / scan_steps);
   }
-  for (const Kernel& kernel : kernels()) {
-    coupling::Transfer transfer({{side, side, side}}, {false, false, false}, kernel.delta);
-    records[0].columns.push_back({kernel.name, "", "1", "sum of D h^3", {}});
-    records[1].columns.push_back({kernel.name, "", "1", "sum of (-1)^(x+y+z) D h^3", {}});
-    records[2].columns.push_back(
-        {kernel.name, "", "L", "sum of (x - X) D h^3, the same along each axis", {}});
+  for (const Named<Delta>& kernel : coupling::deltas) {
+    coupling::Transfer transfer({{side, side, side}}, {false, false, false}, kernel.value);
+    const std::string name(kernel.id);
+    records[0].columns.push_back({name, "", "1", "sum of D h^3", {}});
+    records[1].columns.push_back({name, "", "1", "sum of (-1)^(x+y+z) D h^3", {}});
+    records[2].columns.push_back({name, "", "L", "sum of (x - X) D h^3, the same along each axis", {}});
     for (const double x : records.front().columns.front().values) {
       const Moments m = moments_at(transfer, Vec3::Constant(x));
       records[0].columns.back().values.push_back(m.sum);
@@ -128,12 +115,12 @@ std::vector<Record> scans() {
 }
 
 void run(std::int64_t positions, Observations& seen, Progress& progress, engine::Cost& cost) {
-  std::vector<Extremes> found(kernels().size());
+  std::vector<Extremes> found(coupling::deltas.size());
   for_all(found.size(), "kernels", progress,
-          [&](std::size_t i) { found[i] = extremes_of(kernels()[i].delta, positions); });
+          [&](std::size_t i) { found[i] = extremes_of(coupling::deltas[i].value, positions); });
   cost.finish("positions");
   for (std::size_t i = 0; i < found.size(); ++i) {
-    const std::string name = kernels()[i].name;
+    const std::string name(coupling::deltas[i].id);
     const Extremes& e = found[i];
     const std::vector<observe::Metric> metrics{
         {name + "_sum_error", e.sum_error, "1", "max |sum of D h^3 - 1|"},
@@ -151,12 +138,12 @@ void run(std::int64_t positions, Observations& seen, Progress& progress, engine:
 
 std::vector<std::string> measures() {
   std::vector<std::string> names;
-  for (const Kernel& kernel : kernels()) {
+  for (const Named<Delta>& kernel : coupling::deltas) {
     for (const char* what :
          {"sum_error", "sum_min", "sum_mean", "imbalance", "first_moment", "squares_min", "squares_max"})
-      names.push_back(fmt::format("{}_{}", kernel.name, what));
+      names.push_back(fmt::format("{}_{}", kernel.id, what));
     for (const char* record : {"delta_sums.", "delta_imbalances.", "delta_first_moments."})
-      names.push_back(fmt::format("{}{}", record, kernel.name));
+      names.push_back(fmt::format("{}{}", record, kernel.id));
   }
   return names;
 }

@@ -78,7 +78,7 @@ Steady read_steady(const io::Table& t, double change, fluid::Storage storage) {
     t.fail("steady_change", fmt::format("'steady_change' is {}", steady.change),
            fmt::format("rounding alone changes velocities of populations in {} by up to {:.2g} a step, mean "
                        "over 100, and never comes to rest",
-                       storage == fluid::Storage::Double ? "double" : "float", least),
+                       row_of(fluid::storages, storage).name, least),
            fmt::format("Give at least {:.2g}", least));
   }
   return steady;

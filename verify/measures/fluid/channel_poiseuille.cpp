@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -238,7 +239,7 @@ void measure_work(const Poiseuille& study, engine::Cost& cost, Observations& see
       const std::vector<double> u = plus(along_gap(*fluid, 1), 0.5 * force_of(study, piece));
       const double error = error_norms(u, parabola(study, piece)).l2;
       cost.finish(fmt::format("work_precision/{}", record.columns[0].values.size()));
-      record.append({static_cast<double>(nodes), storage == fluid::Storage::Double ? 64.0 : 32.0, steps,
+      record.append({static_cast<double>(nodes), 8.0 * static_cast<double>(fluid::bytes_of(storage)), steps,
                      steps * static_cast<double>(spec.grid.count()), error});
       if (nodes == study.common.resolutions.back()) finest.push_back(error);
     }
@@ -262,10 +263,12 @@ std::vector<fluid::Storage> read_storages(const io::Table& t) {
   std::vector<fluid::Storage> storages;
   for (const std::string& name : t.texts("storages")) {
     if (storages.size() == 2) t.fail("storages", "more than two", "there are two", "Name each at most once");
-    if (name != "double" && name != "float") {
-      t.fail("storages", fmt::format("'storages' holds '{}'", name), "known: double, float", "Use these");
+    const std::vector<std::string> known = names_of(fluid::storages);
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      t.fail("storages", fmt::format("'storages' holds '{}'", name),
+             fmt::format("known: {}", fmt::join(known, ", ")), "Use these");
     }
-    storages.push_back(name == "double" ? fluid::Storage::Double : fluid::Storage::Float);
+    storages.push_back(row_named(fluid::storages, name).value);
   }
   if (storages.size() == 2 && storages[0] == storages[1])
     t.fail("storages", "one stands there twice", "each is run once", "Name each at most once");
@@ -329,7 +332,7 @@ engine::Study read_poiseuille(const io::Table& top) {
   measures.insert(measures.end(), {"exact_error", "axis_difference", "scheme_difference", "error_bare_l2",
                                    "slip", "slip_bare", "profile.velocity", "profile.bare"});
   for (const fluid::Storage storage : study.storages) {
-    measures.push_back(storage == fluid::Storage::Double ? "work_error_double" : "work_error_float");
+    measures.push_back(fmt::format("work_error_{}", row_of(fluid::storages, storage).id));
   }
   return {.plan = plan_of(top, study),
           .measures = measures,

@@ -75,10 +75,8 @@ struct Piece {
 };
 
 std::string name_of(const Piece& piece) {
-  return fmt::format("{}_{}", piece.storage == Storage::Double ? "double" : "float",
-                     piece.staggered                      ? "staggered"
-                     : piece.scheme == Scheme::FirstOrder ? "first_order"
-                                                          : "guo");
+  return fmt::format("{}_{}", row_of(fluid::storages, piece.storage).id,
+                     piece.staggered ? "staggered" : row_of(fluid::schemes, piece.scheme).id);
 }
 
 void start(fluid::Fluid& fluid, const Conservation& study, const Piece& piece) {
@@ -138,9 +136,9 @@ double largest(const std::vector<double>& values) {
 
 std::vector<Piece> pieces_of(const Conservation& study) {
   std::vector<Piece> pieces;
-  for (const Storage storage : {Storage::Double, Storage::Float}) {
-    pieces.push_back({storage, Scheme::FirstOrder, false});
-    pieces.push_back({storage, Scheme::Guo, false});
+  for (const Named<Storage>& row : fluid::storages) {
+    const Storage storage = row.value;
+    for (const Named<Scheme>& scheme : fluid::schemes) pieces.push_back({storage, scheme.value, false});
     if (study.periodic()) pieces.push_back({storage, Scheme::FirstOrder, true});
   }
   return pieces;

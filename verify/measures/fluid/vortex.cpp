@@ -176,7 +176,7 @@ Record work_record() {
 
 std::vector<double> work_row(const Row& row) {
   return {static_cast<double>(row.nodes),
-          row.storage == fluid::Storage::Double ? 64.0 : 32.0,
+          8.0 * static_cast<double>(fluid::bytes_of(row.storage)),
           static_cast<double>(axes_of(row.plane)[0]),
           static_cast<double>(row.steps),
           row.amplitude,
@@ -296,8 +296,8 @@ engine::Study read_vortex(const io::Table& top) {
                                                 : Start::Equilibrium;
   }
   if (t.has("storages")) {
-    for (const std::string& name : read_names(t, "storages", {"double", "float"}))
-      study.storages.push_back(name == "float" ? fluid::Storage::Float : fluid::Storage::Double);
+    for (const std::string& name : read_names(t, "storages", names_of(fluid::storages)))
+      study.storages.push_back(row_named(fluid::storages, name).value);
   } else {
     study.storages = {study.fluid.storage};
   }
