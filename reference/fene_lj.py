@@ -3,10 +3,10 @@
 
   U(r) = -1/2 K R0^2 ln(1 - (r/R0)^2) + 4 eta [(sigma/r)^12 - (sigma/r)^6] for r < Rc, the first term alone beyond.
 
-Usage: fene_lj.py rest-state [--attraction K] [--reach R0] [--cutoff RC] [--depth ETA] [--diameter SIGMA]   TOML values
+Usage: fene_lj.py rest-state [--fene-k K] [--r-max R0] [--cutoff RC] [--epsilon ETA] [--sigma SIGMA]   TOML values
        fene_lj.py curve                                       CSV: strain, stress of a bar at given strains
        fene_lj.py load                                        CSV: stress, strain of a bar under given stresses
-Everything is in units of eta and sigma unless --depth and --diameter are given. 40 digits are carried, 25 printed.
+Everything is in units of eta and sigma unless --epsilon and --sigma are given. 40 digits are carried, 25 printed.
 """
 import argparse
 
@@ -25,8 +25,8 @@ STRESSES = ["-500", "-100", "-20", "-1", "0.01", "1", "10", "30", "60", "90", "1
 class Bond:
     """Tension and stiffness of the bond, written as derivatives of its energy by mpmath itself."""
 
-    def __init__(self, depth, diameter, attraction, reach, cutoff):
-        self.eta, self.sigma, self.k, self.r0, self.rc = depth, diameter, attraction, reach, cutoff
+    def __init__(self, epsilon, sigma, fene_k, r_max, cutoff):
+        self.eta, self.sigma, self.k, self.r0, self.rc = epsilon, sigma, fene_k, r_max, cutoff
 
     def energy(self, r, lj=True):
         fene = -self.k * self.r0**2 / 2 * mp.log(1 - (r / self.r0)**2)
@@ -46,15 +46,15 @@ class Bond:
 
 
 def bond(arguments):
-    eta, sigma = mpf(float(arguments.depth)), mpf(float(arguments.diameter))
-    attraction = mpf(float(arguments.attraction)) if arguments.attraction else 30 * eta / sigma**2
-    reach = mpf(float(arguments.reach)) if arguments.reach else mpf("1.5") * sigma
+    eta, sigma = mpf(float(arguments.epsilon)), mpf(float(arguments.sigma))
+    fene_k = mpf(float(arguments.fene_k)) if arguments.fene_k else 30 * eta / sigma**2
+    r_max = mpf(float(arguments.r_max)) if arguments.r_max else mpf("1.5") * sigma
     cutoff = (inf if arguments.cutoff == "inf" else mpf(float(arguments.cutoff))) if arguments.cutoff else mpf(2)**(mpf(1) / 6) * sigma
-    return Bond(eta, sigma, attraction, reach, cutoff)
+    return Bond(eta, sigma, fene_k, r_max, cutoff)
 
 
 def least_tangent(b, rest):
-    """Infimum of U''(r)/U''(rest) for r in [rest, reach), one-sided limits at the cut-off included, and its strain."""
+    """Infimum of U''(r)/U''(rest) for r in [rest, r_max), one-sided limits at the cut-off included, and its strain."""
     candidates = []
     if rest < b.rc < b.r0:
         candidates.append(b.rc)
@@ -85,8 +85,8 @@ def rest_state(b):
     print_value("stiffness", k, "M T^-2", "U''(r_eq)")
     print_value("force_per_strain", k * rest, "M L T^-2", "-dF/d(strain) = U''(r_eq) r_eq")
     print_value("young_modulus", k / rest, "M L^-1 T^-2", "E = U''(r_eq)/r_eq")
-    print_value("stiffness_over_attraction", k / b.k, "1", "U''(r_eq)/K")
-    print_value("strain_at_reach", b.r0 / rest - 1, "1", "strain at which R0 is reached")
+    print_value("stiffness_over_fene_k", k / b.k, "1", "U''(r_eq)/K")
+    print_value("strain_at_r_max", b.r0 / rest - 1, "1", "strain at which R0 is reached")
     ratio, strain = least_tangent(b, rest)
     print_value("min_tangent_ratio", ratio, "1", "infimum of U''(r)/U''(r_eq) in tension")
     print_value("min_tangent_strain", strain, "1", "strain of that infimum")
@@ -123,8 +123,8 @@ def load(b):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("what", choices=["rest-state", "curve", "load"])
-    for name, default in (("depth", "1"), ("diameter", "1"), ("attraction", None), ("reach", None), ("cutoff", None)):
-        parser.add_argument(f"--{name}", default=default)
+    for name, default in (("epsilon", "1"), ("sigma", "1"), ("fene_k", None), ("r_max", None), ("cutoff", None)):
+        parser.add_argument("--" + name.replace("_", "-"), default=default)
     arguments = parser.parse_args()
     {"rest-state": rest_state, "curve": curve, "load": load}[arguments.what](bond(arguments))
 

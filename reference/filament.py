@@ -69,9 +69,9 @@ class Harmonic:
 
 
 class FeneLj:
-    def __init__(self, depth, diameter):
-        self.eta, self.sigma = depth, diameter
-        self.k, self.reach, self.cutoff = 30 * depth / diameter**2, 1.5 * diameter, 2**(1 / 6) * diameter
+    def __init__(self, eta, sigma):
+        self.eta, self.sigma = eta, sigma
+        self.k, self.reach, self.cutoff = 30 * eta / sigma**2, 1.5 * sigma, 2**(1 / 6) * sigma
 
     def tension(self, r):
         assert (r < self.reach).all()

@@ -19,8 +19,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-import plots
-import results
+from report import bond, drawing, figures, results
 
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
 SMALL_ROWS = 20  # records of at most that many rows are shown as tables
@@ -182,7 +181,7 @@ def small_records(result):
     return [
         record
         for record in result.records.values()
-        if record.name not in plots.KINDS and 0 < len(record) <= SMALL_ROWS
+        if record.name not in figures.KINDS and 0 < len(record) <= SMALL_ROWS
     ]
 
 
@@ -223,10 +222,10 @@ def dates(results_read):
     return met if len(met) < 2 else [met[0], met[-1]]
 
 
-def figures(result, name):
+def figures_of(result, name):
     """Figures of a case, none when its records are not as their plots take them."""
     try:
-        return plots.of_case(result, name)
+        return figures.of_case(result, name)
     except Exception as problem:  # one odd result must not cost the others their page
         print(f"{result.file}: no figures ({type(problem).__name__}: {problem})", file=sys.stderr)
         return []
@@ -236,19 +235,19 @@ def page(results_read, unreadable, ledger):
     """The whole HTML page as text; `ledger` may be None."""
     entries = ledger_rows(ledger["claims"], results_read) if ledger else []
     environment = jinja2.Environment(
-        loader=jinja2.FileSystemLoader(Path(__file__).parent),
+        loader=jinja2.FileSystemLoader(Path(__file__).parent / "report"),
         autoescape=True,
         undefined=jinja2.StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    for shown in (numeral, side_by_side, badge, seconds, memory, plots.bands):
+    for shown in (numeral, side_by_side, badge, seconds, memory, bond.bands):
         environment.globals[shown.__name__] = shown
     for asked in (anchor, wall_seconds, passed, worst_margin, dimension_of, rerun, small_records):
         environment.globals[asked.__name__] = asked
-    environment.filters["powers"] = plots.powers
-    side_figures = plots.bond_laws(results_read, "laws"), plots.bond_laws_secant(results_read, "secants")
-    return environment.get_template("report.html.j2").render(
+    environment.filters["powers"] = drawing.powers
+    side_figures = bond.bond_laws(results_read, "laws"), bond.bond_laws_secant(results_read, "secants")
+    return environment.get_template("page.html.j2").render(
         results=results_read,
         unreadable=unreadable,
         verdicts=Counter(result.verdict for result in as_they_stand(results_read)),
@@ -256,9 +255,9 @@ def page(results_read, unreadable, ledger):
         standings=ledger["counts"] if ledger else {},
         marked=STANDING_MARKS,
         refuted=[entry for entry in entries if entry["standing"].startswith("refuted")],
-        laws=plots.laws(results_read),
+        laws=bond.laws(results_read),
         law_figures=[drawn for drawn in side_figures if drawn is not None],
-        figures={result.file: figures(result, f"f{number}") for number, result in enumerate(results_read)},
+        figures={result.file: figures_of(result, f"f{number}") for number, result in enumerate(results_read)},
         provenance=provenance(results_read),
         dates=dates(results_read),
     )

@@ -18,11 +18,11 @@ import numpy as np
 REPORT = Path(__file__).with_name("report.py")
 TEXT = h5py.string_dtype("utf-8")
 CHECK = dict(
-    metric="young_modulus", question="code", measured=1021.1862965340421, target=1021.1862965340418, tolerance=1e-9,
+    metric="young_modulus", kind="verification", measured=1021.1862965340421, target=1021.1862965340418, tolerance=1e-9,
     tolerance_text="1e-12 relative", reason="round-off", error=3e-13, margin=3e-4, verdict="pass", reference="fene-lj",
-    kind="high-precision", source="30 digits", claim="", holds="within", statement="The modulus is U''/r.",
+    target_kind="high-precision", source="30 digits", claim="", holds="within", statement="The modulus is U''/r.",
 )  # fmt: skip
-REFUTED = CHECK | dict(question="claim", target=1021.1439, error=0.0424, margin=848.0, verdict="finding")
+REFUTED = CHECK | dict(kind="claim", target=1021.1439, error=0.0424, margin=848.0, verdict="finding")
 FAILED = CHECK | dict(metric="order_central", measured=1.62, target=2.0, error=0.38, margin=3.8, verdict="fail")
 
 
@@ -48,18 +48,18 @@ def seal(path):
 
 
 def write_result(folder, name, verdict, checks=(), title="A title", records=(), metrics=(), **more):
-    """A result file of schema 1."""
+    """A result file of schema 2."""
     with h5py.File(folder / f"{name}.h5", "w", userblock_size=512) as file:
-        texts = dict(format="veriflex-result", id=name, title=title, asks="Does it hold?", equation="E = U''/r₀")
+        texts = dict(format="veriflex-result", id=name, title=title, question="Does it hold?", equation="E = U''/r₀")
         for key, value in (texts | dict(driver="derive", tier="quick", verdict=verdict) | more).items():
             file.attrs[key] = value
-        file.attrs["schema"] = 1
+        file.attrs["schema"] = 2
         file.attrs["findings"] = sum(check["verdict"] == "finding" for check in checks)
         for key in ("topics", "sources"):
             file.attrs.create(key, np.array(["wu-qi-2014"], dtype=object), dtype=TEXT)
         case = file.create_dataset("case", data="[bond]\n", dtype=TEXT)
         case.attrs["path"] = f"cases/{name}.toml"
-        case.attrs.create("overrides", np.array(["bond.reach=1.5"], dtype=object), dtype=TEXT)
+        case.attrs.create("overrides", np.array(["bond.r_max=1.5"], dtype=object), dtype=TEXT)
         write_rows(file, "plan/built", [dict(module="bond", what="fene-lj", memory_bytes=40)])
         write_rows(file, "plan/left_out", [dict(module="fluid", why="not named")])
         file.create_group("provenance").attrs.update(
@@ -83,7 +83,7 @@ def filament_records():
     y = np.tile(np.linspace(0, 50, 5), 4)
     line = dict(phase=phase, y=y, z=phase * y, y_compared=y, z_compared=1.1 * phase * y)
     time = np.linspace(0, 1, 9)
-    moments = ("drive", "force", "centre_y", "slip", "least_strain", "greatest_strain")
+    moments = ("drive", "force", "centre_y", "slip", "min_strain", "max_strain")
     history = dict(time=time) | {name: np.sin(6 * time) for name in moments}
     far = dict(z_max=[0.02, 0.03], z_rms=[0.01, 0.02], swimming_max=[0.05, 0.06])
     grid_phase, z, y = np.meshgrid(np.arange(1, 9) / 8, np.arange(-4.0, 5.0), np.arange(-2.0, 50.0), indexing="ij")
@@ -99,7 +99,7 @@ def filament_records():
     ]
 
 
-def companions():
+def sensitivity():
     """Record and metrics of a base with three variants: one that changes something, one nothing, one that breaks off."""
     effect, apart = [0.0, 0.02, 0.0, np.nan], [0.03, 0.04, 0.03, np.nan]
     table = dict(variant=[0, 1, 2, 3], survived=[1, 1, 1, 0], effect_z=effect, law_deviation_z=apart)
@@ -108,7 +108,7 @@ def companions():
         dict(name=f"effect_{name}", value=value, dimension="1", meaning=f"max |dz|/z0 from the base: {label}")
         for (name, label), value in zip(labels.items(), effect[1:])
     ]
-    return dict(records=[("companions", table)], metrics=metrics)
+    return dict(records=[("sensitivity", table)], metrics=metrics)
 
 
 def harmonic():
@@ -131,7 +131,7 @@ class WrittenReport(unittest.TestCase):
         records = [("stress_strain", curve), ("own", curve), ("kinks", dict(strain=[0.168], jump=[-0.059]))]
         write_result(cls.folder, "tensile-two", "fail", [CHECK, FAILED], records=records)
         write_result(cls.folder, "filament-three", "pass", [CHECK], records=filament_records())
-        write_result(cls.folder, "filament-variants", "pass", [CHECK], **companions())
+        write_result(cls.folder, "filament-variants", "pass", [CHECK], **sensitivity())
         write_result(cls.folder, "filament-linear", "pass", [CHECK], records=harmonic())
         failure = dict(error_kind="NumericalFailure", error_message="step 3: bond < at its limit")
         write_result(cls.folder, "broken-run", "error", **failure)
@@ -141,7 +141,7 @@ class WrittenReport(unittest.TestCase):
         for name, stated in dict(
             other=dict(format="something-else"),
             newer=dict(format="veriflex-result", schema=99),
-            lacking=dict(format="veriflex-result", schema=1),
+            lacking=dict(format="veriflex-result", schema=2),
         ).items():
             with h5py.File(cls.folder / f"{name}.h5", "w", userblock_size=512) as file:
                 file.attrs.update(stated)
@@ -229,10 +229,10 @@ class Ledger(unittest.TestCase):
 
     def test_every_entry_is_a_row_with_its_standing_and_its_checks(self):
         entry = dict(where="Eq. 1", states="E = <1>", conditions="", notes="", kind="published-number")
-        number = dict(metric="m", statement="s", kind="published-number", measured=3.0, target=1.0, tolerance=0.5)
+        number = dict(metric="m", statement="s", target_kind="published-number", measured=3.0, target=1.0, tolerance=0.5)
         found = [
             dict(case="one", verdict="finding", holds="within") | number,
-            dict(case="one", verdict="pass", holds="outside") | number | dict(kind="reading"),
+            dict(case="one", verdict="pass", holds="outside") | number | dict(target_kind="reading"),
             dict(case="two", verdict="not run"),
         ]
         claims = [
@@ -308,16 +308,16 @@ class Variants(unittest.TestCase):
         with tempfile.TemporaryDirectory() as scratch:
             folder = Path(scratch)
             write_result(folder, "one", "pass", [CHECK])
-            changed = dict(case_id="one", variant="bond.depth=2.0")
-            write_result(folder, "one+bond.depth=2.0", "fail", [FAILED, REFUTED], **changed)
+            changed = dict(case_id="one", variant="bond.epsilon=2.0")
+            write_result(folder, "one+bond.epsilon=2.0", "fail", [FAILED, REFUTED], **changed)
             write_result(folder, "bare", "measured")
             ran = run(folder)
             self.assertEqual(ran.returncode, 0, ran.stderr)
-            self.assertRegex(ran.stdout, r"(?m)^one\+bond\.depth=2\.0 +fail")
+            self.assertRegex(ran.stdout, r"(?m)^one\+bond\.epsilon=2\.0 +fail")
             counts = "2 cases: 1 pass, 0 fail, 0 error, 1 measured without a check; not counted: 1 changed by --set"
             self.assertIn(counts, ran.stdout)
             page = (folder / "report.html").read_text(encoding="utf-8")
-            self.assertIn("changed: --set bond.depth=2.0", page)
+            self.assertIn("changed: --set bond.epsilon=2.0", page)
             self.assertIn("All cases pass", page)
 
 

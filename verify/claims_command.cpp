@@ -31,7 +31,7 @@ std::string words(const Judgement& j) {
 
 // "published" stands only over what is printed in a publication.
 std::string word_for_target(const Judgement& j) {
-  return j.kind.starts_with("published-") ? "published" : "target";
+  return j.target_kind.starts_with("published-") ? "published" : "target";
 }
 
 void print_judgement(const Judgement& j) {
@@ -73,7 +73,7 @@ Json json_of(const Judgement& j) {
   if (!j.metric.empty()) {
     one.update({{"metric", j.metric},
                 {"statement", j.statement},
-                {"kind", j.kind},
+                {"target_kind", j.target_kind},
                 {"measured", j.measured},
                 {"target", j.target},
                 {"tolerance", j.tolerance},

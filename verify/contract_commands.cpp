@@ -12,6 +12,7 @@
 #include "engine/validate.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
+#include "measures/drivers.hpp"
 #include "repository.hpp"
 #include "run_cases.hpp"
 #include "studies/studies.hpp"
@@ -70,14 +71,14 @@ int validate_command(const std::vector<std::string>& names) {
 }
 
 void print_check(const Case& c, const Check& check) {
-  const bool is_claim = check.question == engine::Question::claim;
-  say("  {} {}: {}\n", is_claim ? "claim" : "code ", check.measure, check.statement);
+  const bool is_claim = check.kind == engine::CheckKind::claim;
+  say("  {} {}: {}\n", to_string(check.kind), check.measure, check.statement);
   if (check.curve) {
     say("      against the curve {} over {} of reference {}\n", check.curve->y, check.curve->x,
         c.references[*check.reference].id);
   } else {
-    say("      target {}{} ({}; {})\n", check.target, check.outside ? ", must lie outside" : "", check.kind,
-        check.reference ? "reference " + c.references[*check.reference].id : check.source);
+    say("      target {}{} ({}; {})\n", check.target, check.outside ? ", must lie outside" : "",
+        check.target_kind, check.reference ? "reference " + c.references[*check.reference].id : check.source);
   }
   say("      tolerance {}: {}\n", check.tolerance.text, check.tolerance.reason);
   if (is_claim) say("      judges {} of the ledger\n", fmt::join(check.claims, ", "));
@@ -100,7 +101,7 @@ void print_reference(const Reference& reference) {
 void info_command(const std::string& name) {
   Case c = read(name);
   engine::compare_with_baseline(c, repository::cases(), repository::references());
-  say("{}: {}\n\n{}\n\n  {}\n\n", c.id, c.title, c.asks, c.equation);
+  say("{}: {}\n\n{}\n\n  {}\n\n", c.id, c.title, c.question, c.equation);
   say("tier {}, driver {}, topics {}\n", c.tier, c.driver, fmt::join(c.topics, ", "));
   say("sources\n");
   for (const std::string& source : c.sources) say("  {}\n", source);
@@ -202,12 +203,12 @@ int accept_command(const std::string& name, const std::string& reason, bool repl
 }  // namespace
 
 void add_contract_commands(CLI::App& app, int& exit_code) {
-  struct Options {
+  struct Words {
     std::string name, reason;
     std::vector<std::string> names;
     bool replace = false;
   };
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<Words>();
 
   CLI::App* info = app.add_subcommand("info", "one case in full: question, plan, checks, references");
   info->add_option("case", options->name, "path of a case file, or id")->required();

@@ -8,6 +8,7 @@
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "bond/derive.hpp"
 
@@ -28,23 +29,30 @@ std::string option_name(std::string parameter) {
   return "--" + parameter;
 }
 
+// A symbol of one letter is a short option: -K.
+std::string symbol_option(const std::string& symbol) { return (symbol.size() == 1 ? "-" : "--") + symbol; }
+
 // One option per parameter that any law has, and which laws have it.
 void add_law_options(CLI::App& command, LawOptions& options) {
   command.add_option("--law", options.law, fmt::format("bond law: {}", fmt::join(bond::law_names(), ", ")))
       ->capture_default_str();
   std::map<std::string, std::string> meaning;
   std::vector<std::string> order;
+  std::map<std::string, std::string> spelt;  // the options of a parameter, by its name
+  std::set<std::string> taken;
   for (const bond::LawInfo& law : bond::laws()) {
     for (const bond::ParameterInfo& p : law.parameters) {
       std::string& text = meaning[p.name];
       if (text.empty()) order.push_back(p.name);
+      if (text.empty()) spelt[p.name] = option_name(p.name);
+      if (!p.symbol.empty() && taken.insert(p.symbol).second) spelt[p.name] += "," + symbol_option(p.symbol);
       text +=
           fmt::format("{}{}: {} [{}]", text.empty() ? "" : "; ", law.name, p.meaning, to_string(p.dimension));
     }
   }
   for (const std::string& name : order) {
     command.add_option_function<double>(
-        option_name(name), [&options, name](double value) { options.given[name] = value; }, meaning[name]);
+        spelt[name], [&options, name](double value) { options.given[name] = value; }, meaning[name]);
   }
   command.add_flag("--json", options.json,
                    "print one JSON object (17 digits; null for what the law does not have)");
@@ -57,9 +65,9 @@ void add_law_options(CLI::App& command, LawOptions& options) {
 
 // The law the options describe; what they leave open and the law does not default comes from `otherwise`.
 bond::AnyLaw law_of(const LawOptions& options, std::optional<double> otherwise) {
-  std::vector<std::string> taken;
+  std::vector<std::string> asked;
   bond::AnyLaw law = bond::make_law(options.law, [&](const std::string& name) -> std::optional<double> {
-    taken.push_back(name);
+    asked.push_back(name);
     const auto given = options.given.find(name);
     if (given != options.given.end()) return given->second;
     for (const bond::LawInfo& info : bond::laws()) {
@@ -70,9 +78,9 @@ bond::AnyLaw law_of(const LawOptions& options, std::optional<double> otherwise) 
     return std::nullopt;
   });
   for (const auto& [name, value] : options.given) {
-    if (std::find(taken.begin(), taken.end(), name) == taken.end()) {
+    if (std::find(asked.begin(), asked.end(), name) == asked.end()) {
       throw BadParameter(name, fmt::format("bond law {} has no '{}'", options.law, name),
-                         fmt::format("it has: {}", fmt::join(taken, ", ")), "Leave it out");
+                         fmt::format("it has: {}", fmt::join(asked, ", ")), "Leave it out");
     }
   }
   return law;
@@ -119,8 +127,8 @@ Json derivation_json(const bond::AnyLaw& law, const bond::Derivation& d) {
           {"stiffness", number(d.stiffness)},
           {"force_per_strain", number(d.force_per_strain)},
           {"young_modulus", number(d.young_modulus)},
-          {"stiffness_over_attraction", number(d.stiffness_over_attraction)},
-          {"strain_at_reach", number(d.strain_at_reach)},
+          {"stiffness_over_fene_k", number(d.stiffness_over_fene_k)},
+          {"strain_at_r_max", number(d.strain_at_r_max)},
           {"min_tangent_ratio", number(d.min_tangent_ratio)},
           {"min_tangent_strain", number(d.min_tangent_strain)},
           {"stiffness_by_differences", number(d.stiffness_by_differences.value)},
@@ -154,8 +162,8 @@ void print_derivation(const bond::AnyLaw& law, const bond::Derivation& d) {
   print_row("stiffness", d.stiffness, "M T^-2", "U''(r_eq)");
   print_row("force_per_strain", d.force_per_strain, "M L T^-2", "-dF/d(strain) = U''(r_eq) r_eq");
   print_row("young_modulus", d.young_modulus, "M L^-1 T^-2", "E = U''(r_eq)/r_eq");
-  if (d.stiffness_over_attraction) {
-    print_row("stiffness_over_attraction", *d.stiffness_over_attraction, "1", "U''(r_eq)/K");
+  if (d.stiffness_over_fene_k) {
+    print_row("stiffness_over_fene_k", *d.stiffness_over_fene_k, "1", "U''(r_eq)/K");
   }
   if (std::isfinite(d.stiffness_by_differences.value)) {
     print_row("stiffness by differences", d.stiffness_by_differences.value, "M T^-2",
@@ -164,8 +172,8 @@ void print_derivation(const bond::AnyLaw& law, const bond::Derivation& d) {
     fmt::print("  no stiffness by differences: the law changes too close to its rest length\n");
   }
   fmt::print("under strain\n");
-  if (d.strain_at_reach)
-    print_row("strain_at_reach", *d.strain_at_reach, "1", "the longest length is never reached");
+  if (d.strain_at_r_max)
+    print_row("strain_at_r_max", *d.strain_at_r_max, "1", "the longest length is never reached");
   print_row("min_tangent_ratio", d.min_tangent_ratio, "1", "infimum of U''(r)/U''(r_eq) in tension");
   print_row("min_tangent_strain", d.min_tangent_strain, "1", "where");
   for (const bond::Kink& k : d.kinks) {
@@ -206,8 +214,8 @@ void calibrate_command(const CalibrateOptions& options) {
     if (options.law.json) {
       const Json json{{"law", bond::name_of(c.law)},
                       {"parameters", parameters_json(c.law)},
-                      {"depth", number(parameter(c.law, "depth"))},
-                      {"diameter", number(parameter(c.law, "diameter"))},
+                      {"epsilon", number(parameter(c.law, "epsilon"))},
+                      {"sigma", number(parameter(c.law, "sigma"))},
                       {"bond_stiffness", number(parameter(c.law, "bond_stiffness"))},
                       {"angle_stiffness", number(c.angle_stiffness)},
                       {"rest_length", number(c.derivation.rest_length)},
@@ -234,7 +242,7 @@ void add_derive_command(CLI::App& app) {
       "derive", "rest length, stiffness, Young's modulus and validity range of a bond law");
   const auto options = std::make_shared<LawOptions>();
   add_law_options(*command, *options);
-  command->footer("Example: veriflex derive --law fene-lj --depth 1 --diameter 1 --json");
+  command->footer("Example: veriflex derive --law fene-lj --epsilon 1 --sigma 1 --json");
   command->callback([options] { derive_command(*options); });
 }
 
@@ -250,8 +258,8 @@ void add_calibrate_command(CLI::App& app) {
       ->required();
   add_law_options(*command, options->law);
   command->footer(
-      "The law's own options give its shape in any units, for example --attraction and --reach for depth = "
-      "diameter = 1.\n"
+      "The law's own options give its shape in any units, for example --fene-k and --r-max for epsilon = "
+      "sigma = 1.\n"
       "Example: veriflex calibrate --young 0.26 --spacing 1 --poisson 0.3 --json");
   command->callback([options] { calibrate_command(*options); });
 }

@@ -15,6 +15,7 @@
 #include "case_commands.hpp"
 #include "claims_command.hpp"
 #include "contract_commands.hpp"
+#include "engine/renamed.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
 #include "law_commands.hpp"
@@ -36,6 +37,9 @@ std::string suggestion(const CLI::App& app) {
   }
   for (const CLI::App* command : asked.get_subcommands(nullptr)) known.push_back(command->get_name());
   for (const std::string& word : app.remaining(true)) {
+    if (const auto now = veriflex::engine::present_option(word)) {
+      return fmt::format("'{}' is now '{}'", word, *now);
+    }
     const std::string near = veriflex::nearest_name(word.substr(0, word.find('=')), known);
     if (!near.empty()) return fmt::format("'{}' is not known. Did you mean '{}'?", word, near);
   }

@@ -47,7 +47,7 @@ Json result_json(const Result& r, const std::string& stored) {
     const engine::Outcome& o = r.outcomes[i];
     const engine::Check& check = r.c.checks[i];
     checks.push_back({{"metric", o.measure},
-                      {"question", check.question == engine::Question::claim ? "claim" : "code"},
+                      {"kind", to_string(check.kind)},
                       {"statement", check.statement},
                       {"measured", o.measured},
                       {"target", o.target},

@@ -139,7 +139,7 @@ std::string ablate_text(const StudyOptions& o) {
 void read_shard(StudyOptions& o) {
   if (o.shard_text.empty()) return;
   const std::size_t slash = o.shard_text.find('/');
-  const io::Section parts =
+  const io::Table parts =
       io::parse_document(fmt::format("shard = {}\nof = {}", o.shard_text.substr(0, slash),
                                      slash == std::string::npos ? "none" : o.shard_text.substr(slash + 1)),
                          "--shard " + o.shard_text);
@@ -151,7 +151,7 @@ void read_shard(StudyOptions& o) {
 int run_study(StudyOptions& o, const std::string& table, const std::string& text) {
   read_shard(o);
   const fs::path path = engine::case_named(o.cases.front(), o.case_folder);
-  const io::Section file = io::parse_document(io::read_file(path), path.string());
+  const io::Table file = io::parse_document(io::read_file(path), path.string());
   for (const std::string& other : studies::tables()) {
     if (other != table && file.has(other)) o.overrides.push_back(other + "=");
   }

@@ -31,8 +31,8 @@ int threads_to_be_had(int wanted) {
 }  // namespace
 
 int usable_threads(int asked) {
-  constexpr int most = 4096;
-  const int wanted = std::min(asked > 0 ? asked : omp_get_max_threads(), most);
+  constexpr int max_threads = 4096;
+  const int wanted = std::min(asked > 0 ? asked : omp_get_max_threads(), max_threads);
   const int had = threads_to_be_had(wanted);
   if (had == wanted) return had;
   const int used = (had + 1) / 2;  // the run needs some of what the others would take

@@ -24,7 +24,7 @@ gsl_function wrap(const Function& f) { return {&call, const_cast<Function*>(&f)}
 
 // Brent's method needs about 10 evaluations; bisection to the last bit needs about 60 for a bracket of
 // ordinary width. Both are far below this.
-constexpr int most_iterations = 400;
+constexpr int max_iterations = 400;
 
 }  // namespace
 
@@ -35,7 +35,7 @@ double bracketed_root(const Function& f, double lo, double hi) {
       gsl_root_fsolver_alloc(gsl_root_fsolver_brent), &gsl_root_fsolver_free);
   gsl_function wrapped = wrap(f);
   int status = gsl_root_fsolver_set(solver.get(), &wrapped, lo, hi);
-  for (int i = 0; status == GSL_SUCCESS && i < most_iterations; ++i) {
+  for (int i = 0; status == GSL_SUCCESS && i < max_iterations; ++i) {
     const double a = gsl_root_fsolver_x_lower(solver.get());
     const double b = gsl_root_fsolver_x_upper(solver.get());
     if (a == b || std::nextafter(a, b) == b) break;
@@ -58,7 +58,7 @@ double bracketed_minimum(const Function& f, double lo, double guess, double hi) 
       gsl_min_fminimizer_alloc(gsl_min_fminimizer_brent), &gsl_min_fminimizer_free);
   gsl_function wrapped = wrap(f);
   int status = gsl_min_fminimizer_set(minimizer.get(), &wrapped, guess, lo, hi);
-  for (int i = 0; status == GSL_SUCCESS && i < most_iterations; ++i) {
+  for (int i = 0; status == GSL_SUCCESS && i < max_iterations; ++i) {
     const double width =
         gsl_min_fminimizer_x_upper(minimizer.get()) - gsl_min_fminimizer_x_lower(minimizer.get());
     // Below the square root of the precision the values no longer differ.

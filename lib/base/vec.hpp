@@ -1,4 +1,4 @@
-/// Vectors of space and of degrees of freedom.
+/// Vectors of space and of degrees of dofs.
 #pragma once
 
 #include <Eigen/Core>

@@ -25,11 +25,13 @@ struct Dimension {
 /// In mass, length, time: energy^1 length^-2 is "M T^-2".
 std::string to_string(Dimension dimension);
 
-/// One named parameter of a law. `fallback` computes the default from the parameters listed before it; a
-/// parameter without one must be given.
+/// One named parameter of a law. `symbol`, the one of the formula, is accepted for the name where it is
+/// given; empty where the name is the symbol. `fallback` computes the default from the parameters listed
+/// before it; a parameter without one must be given.
 template <class Law>
 struct Parameter {
   std::string_view name;
+  std::string_view symbol;
   double Law::*member;
   Dimension dimension;
   std::string_view meaning;

@@ -13,8 +13,8 @@ namespace veriflex::bond {
 namespace {
 
 constexpr std::array tolerances{0.01, 0.05, 0.10};
-constexpr double largest_strain = 9.0;  // how far a law without a longest length is followed
-constexpr int scan_cells = 4000;        // per smooth piece
+constexpr double max_strain = 9.0;  // how far a law without a longest length is followed
+constexpr int scan_cells = 4000;    // per smooth piece
 
 // An interval of lengths in which the tension changes sign from push to pull.
 template <BondLaw Law>
@@ -107,7 +107,7 @@ std::vector<Interval> pieces_from_rest(const Law& law, double rest, double end) 
 template <BondLaw Law>
 double first_departure(const Law& law, double rest, double domain_end, double tolerance,
                        const Function& ratio) {
-  const double end = std::isfinite(domain_end) ? domain_end : rest * (1.0 + largest_strain);
+  const double end = std::isfinite(domain_end) ? domain_end : rest * (1.0 + max_strain);
   const Function excess = [&](double r) { return std::abs(ratio(r) - 1.0) - tolerance; };
   for (const Interval& piece : pieces_from_rest(law, rest, end)) {
     double inner = piece.lo;
@@ -143,9 +143,9 @@ struct Least {
 };
 
 template <BondLaw Law>
-Least least_tangent_in_tension(const Law& law, double rest, double k0) {
+Least min_tangent_in_tension(const Law& law, double rest, double k0) {
   const auto ratio = [&](double r) { return law.stiffness(r) / k0; };
-  const double end = std::isfinite(law.domain().hi) ? law.domain().hi : rest * (1.0 + largest_strain);
+  const double end = std::isfinite(law.domain().hi) ? law.domain().hi : rest * (1.0 + max_strain);
   Least least{1.0, 0.0};
   const auto consider = [&](double r) {
     if (ratio(r) < least.ratio) least = {ratio(r), (r - rest) / rest};
@@ -193,9 +193,9 @@ Derivation derive_law(const Law& law) {
   d.force_per_strain = k0 * rest;
   d.young_modulus = k0 / rest;
   for (const Parameter<Law>& p : Law::parameters()) {
-    if (p.name == "attraction") d.stiffness_over_attraction = k0 / law.*p.member;
+    if (p.name == "fene_k") d.stiffness_over_fene_k = k0 / law.*p.member;
   }
-  if (std::isfinite(law.domain().hi)) d.strain_at_reach = (law.domain().hi - rest) / rest;
+  if (std::isfinite(law.domain().hi)) d.strain_at_r_max = (law.domain().hi - rest) / rest;
 
   for (const double r : kink_lengths(law)) {
     d.kinks.push_back({.length = r,
@@ -204,7 +204,7 @@ Derivation derive_law(const Law& law) {
                        .tangent_below = law.stiffness(below(r)) / k0,
                        .tangent_above = law.stiffness(r) / k0});
   }
-  const Least least = least_tangent_in_tension(law, rest, k0);
+  const Least least = min_tangent_in_tension(law, rest, k0);
   d.min_tangent_ratio = least.ratio;
   d.min_tangent_strain = least.strain;
 

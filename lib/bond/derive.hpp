@@ -32,12 +32,12 @@ struct Kink {
 };
 
 struct Derivation {
-  double rest_length;                               // r_eq: U'(r_eq) = 0               [L]
-  double stiffness;                                 // U''(r_eq)                        [M T^-2]
-  double force_per_strain;                          // -dF/d(strain) = U''(r_eq) r_eq   [M L T^-2]
-  double young_modulus;                             // E = U''(r_eq)/r_eq               [M L^-1 T^-2]
-  std::optional<double> stiffness_over_attraction;  // U''(r_eq)/K for a law with an `attraction`  [1]
-  std::optional<double> strain_at_reach;            // where the longest length is reached          [1]
+  double rest_length;                           // r_eq: U'(r_eq) = 0               [L]
+  double stiffness;                             // U''(r_eq)                        [M T^-2]
+  double force_per_strain;                      // -dF/d(strain) = U''(r_eq) r_eq   [M L T^-2]
+  double young_modulus;                         // E = U''(r_eq)/r_eq               [M L^-1 T^-2]
+  std::optional<double> stiffness_over_fene_k;  // U''(r_eq)/K for a law with a `fene_k`  [1]
+  std::optional<double> strain_at_r_max;        // where the longest length is reached          [1]
   double min_tangent_ratio;        // infimum of U''(r)/U''(r_eq) in tension, one-sided limits included  [1]
   double min_tangent_strain;       // where                                                             [1]
   std::vector<Kink> kinks;         // those in tension or compression that the domain contains

@@ -17,69 +17,71 @@
 namespace veriflex::bond {
 
 struct FeneLj {
-  double depth;       // eta    [M L^2 T^-2]
-  double diameter;    // sigma  [L]
-  double attraction;  // K      [M T^-2]; not the bond's stiffness, see derive.hpp
-  double reach;       // R0     [L]
-  double cutoff;      // Rc     [L]; infinity keeps the whole Lennard-Jones term
+  double epsilon;  // eta    [M L^2 T^-2]
+  double sigma;    // sigma  [L]
+  double fene_k;   // K      [M T^-2]; not the bond's stiffness, see derive.hpp
+  double r_max;    // R0     [L]
+  double cutoff;   // Rc     [L]; infinity keeps the whole Lennard-Jones term
 
   static constexpr double lj_minimum = 1.122462048309372981433533;  // 2^(1/6), in units of sigma
   static constexpr std::string_view name = "fene-lj";
   static constexpr auto parameters() {
     return std::array{
-        Parameter<FeneLj>{"depth", &FeneLj::depth, {1, 0}, "eta, depth of the Lennard-Jones well"},
-        Parameter<FeneLj>{
-            "diameter", &FeneLj::diameter, {0, 1}, "sigma, where the Lennard-Jones term is zero"},
-        Parameter<FeneLj>{"attraction",
-                          &FeneLj::attraction,
+        Parameter<FeneLj>{"epsilon", "eta", &FeneLj::epsilon, {1, 0}, "depth of the Lennard-Jones well"},
+        Parameter<FeneLj>{"sigma", "", &FeneLj::sigma, {0, 1}, "where the Lennard-Jones term is zero"},
+        Parameter<FeneLj>{"fene_k",
+                          "K",
+                          &FeneLj::fene_k,
                           {1, -2},
-                          "K, FENE coefficient; default 30 depth / diameter^2",
-                          [](const FeneLj& b) { return 30.0 * b.depth / (b.diameter * b.diameter); }},
-        Parameter<FeneLj>{"reach",
-                          &FeneLj::reach,
+                          "FENE coefficient; default 30 epsilon / sigma^2",
+                          [](const FeneLj& b) { return 30.0 * b.epsilon / (b.sigma * b.sigma); }},
+        Parameter<FeneLj>{"r_max",
+                          "R0",
+                          &FeneLj::r_max,
                           {0, 1},
-                          "R0, length that is never reached; default 1.5 diameter",
-                          [](const FeneLj& b) { return 1.5 * b.diameter; }},
+                          "length that is never reached; default 1.5 sigma",
+                          [](const FeneLj& b) { return 1.5 * b.sigma; }},
         Parameter<FeneLj>{"cutoff",
+                          "Rc",
                           &FeneLj::cutoff,
                           {0, 1},
-                          "Rc, end of the Lennard-Jones term, inf for none; default 2^(1/6) diameter",
-                          [](const FeneLj& b) { return lj_minimum * b.diameter; }},
+                          "end of the Lennard-Jones term, inf for none; default 2^(1/6) sigma",
+                          [](const FeneLj& b) { return lj_minimum * b.sigma; }},
     };
   }
 
   double energy(double r) const {
-    const double x = r / reach;
-    const double fene = -0.5 * attraction * reach * reach * std::log1p(-x * x);
+    const double x = r / r_max;
+    const double fene = -0.5 * fene_k * r_max * r_max * std::log1p(-x * x);
     return r < cutoff ? fene + lj_energy(r) - (std::isinf(cutoff) ? 0.0 : lj_energy(cutoff)) : fene;
   }
   double tension(double r) const {
-    const double x = r / reach;
-    const double fene = attraction * r / ((1.0 - x) * (1.0 + x));
-    const double s6 = sixth_power(diameter / r);
-    const double lj = 24.0 * depth / r * (2.0 * s6 * s6 - s6);
+    const double x = r / r_max;
+    const double fene = fene_k * r / ((1.0 - x) * (1.0 + x));
+    const double s6 = sixth_power(sigma / r);
+    const double lj = 24.0 * epsilon / r * (2.0 * s6 * s6 - s6);
     return r < cutoff ? fene - lj : fene;  // without a branch, so that loops become vector instructions
   }
   double stiffness(double r) const {
-    const double x = r / reach;
+    const double x = r / r_max;
     const double gap = (1.0 - x) * (1.0 + x);
-    const double fene = attraction * (1.0 + x * x) / (gap * gap);
+    const double fene = fene_k * (1.0 + x * x) / (gap * gap);
     if (r >= cutoff) return fene;
-    const double s6 = sixth_power(diameter / r);
-    return fene + 24.0 * depth / (r * r) * (26.0 * s6 * s6 - 7.0 * s6);
+    const double s6 = sixth_power(sigma / r);
+    return fene + 24.0 * epsilon / (r * r) * (26.0 * s6 * s6 - 7.0 * s6);
   }
-  Interval domain() const { return {0.0, reach}; }
-  double typical_length() const { return diameter < reach ? diameter : 0.5 * reach; }
+  Interval domain() const { return {0.0, r_max}; }
+  double typical_length() const { return sigma < r_max ? sigma : 0.5 * r_max; }
   std::array<double, 1> kinks() const { return {cutoff}; }
   void check() const {
-    require_positive("depth", depth);
-    require_positive("diameter", diameter);
-    require_positive("attraction", attraction);
-    require_positive("reach", reach);
+    require_positive("epsilon", epsilon);
+    require_positive("sigma", sigma);
+    require_positive("fene_k", fene_k);
+    require_positive("r_max", r_max);
     if (!(cutoff > 0.0)) {
       throw BadParameter("cutoff", "cutoff is not positive",
                          "it is a length; inf keeps the whole Lennard-Jones term",
-                         "Leave it out for the default 2^(1/6) diameter");
+                         "Leave it out for the default 2^(1/6) sigma");
     }
   }
 
@@ -89,8 +91,8 @@ struct FeneLj {
     return s3 * s3;
   }
   double lj_energy(double r) const {
-    const double s6 = sixth_power(diameter / r);
-    return 4.0 * depth * (s6 * s6 - s6);
+    const double s6 = sixth_power(sigma / r);
+    return 4.0 * epsilon * (s6 * s6 - s6);
   }
 };
 static_assert(BondLaw<FeneLj> && HasKinks<FeneLj>);

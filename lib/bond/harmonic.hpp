@@ -16,8 +16,8 @@ struct Harmonic {
   static constexpr std::string_view name = "harmonic";
   static constexpr auto parameters() {
     return std::array{
-        Parameter<Harmonic>{"bond_stiffness", &Harmonic::bond_stiffness, {1, -2}, "k, spring constant"},
-        Parameter<Harmonic>{"rest_length", &Harmonic::rest_length, {0, 1}, "r0, length without force"},
+        Parameter<Harmonic>{"bond_stiffness", "k", &Harmonic::bond_stiffness, {1, -2}, "spring constant"},
+        Parameter<Harmonic>{"rest_length", "r0", &Harmonic::rest_length, {0, 1}, "length without force"},
     };
   }
 

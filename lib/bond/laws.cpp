@@ -22,18 +22,32 @@ void for_each_law(Visit visit) {
   for_each_law(visit, std::make_index_sequence<std::variant_size_v<AnyLaw>>{});
 }
 
+// What is given for a parameter, by its name or by its symbol.
+template <BondLaw Law>
+std::optional<double> given_for(const Parameter<Law>& parameter, const Lookup& given) {
+  const std::optional<double> by_name = given(std::string(parameter.name));
+  if (parameter.symbol.empty()) return by_name;
+  const std::optional<double> by_symbol = given(std::string(parameter.symbol));
+  if (by_name && by_symbol) {
+    throw BadParameter(parameter.symbol, fmt::format("both '{}' and '{}'", parameter.name, parameter.symbol),
+                       "they are two names of one parameter", "Keep one");
+  }
+  return by_name ? by_name : by_symbol;
+}
+
 template <BondLaw Law>
 Law make(const Lookup& given) {
   Law law{};
   for (const Parameter<Law>& parameter : Law::parameters()) {
-    if (const std::optional<double> value = given(std::string(parameter.name))) {
+    if (const std::optional<double> value = given_for(parameter, given)) {
       law.*parameter.member = *value;
     } else if (parameter.fallback != nullptr) {
       law.*parameter.member = parameter.fallback(law);
     } else {
       throw MissingParameter(
           parameter.name, fmt::format("bond law {} lacks '{}'", Law::name, parameter.name),
-          std::string(parameter.meaning),
+          parameter.symbol.empty() ? std::string(parameter.meaning)
+                                   : fmt::format("{}, {}", parameter.symbol, parameter.meaning),
           fmt::format("Give {} a value with dimension {}", parameter.name, to_string(parameter.dimension)));
     }
   }
@@ -68,8 +82,8 @@ std::vector<LawInfo> laws() {
   for_each_law([&all]<class Law>() {
     LawInfo info{std::string(Law::name), {}};
     for (const Parameter<Law>& p : Law::parameters()) {
-      info.parameters.push_back(
-          {std::string(p.name), p.dimension, std::string(p.meaning), p.fallback == nullptr});
+      info.parameters.push_back({std::string(p.name), std::string(p.symbol), p.dimension,
+                                 std::string(p.meaning), p.fallback == nullptr});
     }
     all.push_back(info);
   });

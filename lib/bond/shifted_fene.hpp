@@ -23,12 +23,14 @@ struct ShiftedFene {
   static constexpr auto parameters() {
     return std::array{
         Parameter<ShiftedFene>{
-            "bond_stiffness", &ShiftedFene::bond_stiffness, {1, -2}, "k, stiffness at the rest length"},
-        Parameter<ShiftedFene>{"rest_length", &ShiftedFene::rest_length, {0, 1}, "r0, length without force"},
+            "bond_stiffness", "k", &ShiftedFene::bond_stiffness, {1, -2}, "stiffness at the rest length"},
+        Parameter<ShiftedFene>{
+            "rest_length", "r0", &ShiftedFene::rest_length, {0, 1}, "length without force"},
         Parameter<ShiftedFene>{"extension",
+                               "D",
                                &ShiftedFene::extension,
                                {0, 1},
-                               "D, change of length that is never reached; default rest_length / 2",
+                               "change of length that is never reached; default rest_length / 2",
                                [](const ShiftedFene& b) { return 0.5 * b.rest_length; }},
     };
   }

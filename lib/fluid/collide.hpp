@@ -10,19 +10,17 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "fluid/force_scheme.hpp"
 #include "fluid/lanes.hpp"
 #include "fluid/lattice.hpp"
 
 namespace veriflex::fluid {
 
-/// No body force.
-struct NoForce {};
-
-/// Adds 3 w g.c after the collision; the velocity is sum f c / rho.
-struct FirstOrderForce {};
-
-/// The velocity is (sum f c + g/2) / rho, the source (1 - omega/2) w [3 (c - u) + 9 (c.u) c].g
-struct GuoForce {};
+/// No body force: in the place of a ForceScheme.
+struct NoForce {
+  static constexpr bool shifts_velocity = false;
+  static constexpr bool changes_N = false;
+};
 
 /// What a collision needs beside the populations, computed once: divisions and products of constants would
 /// otherwise be repeated for every vector of nodes, because the compiler cannot know that storing a
@@ -37,11 +35,9 @@ struct Collision {
   Real o_force[4];  // what it adds to o of the diagonal pairs beyond N
 };
 
-enum class Forcing { None, FirstOrder, Guo };
-
 /// `g`: body force per volume  [M L^-2 T^-2].
-template <class Real>
-Collision<Real> collision(double relaxation_time, Forcing forcing, const double (&g)[3]) {
+template <ForceScheme Force, class Real>
+Collision<Real> collision(double relaxation_time, const double (&g)[3]) {
   const Real omega = static_cast<Real>(1.0 / relaxation_time);
   Collision<Real> law{.k = Real(0.5) * (Real(1) - omega),
                       .omega_24 = omega / Real(24),
@@ -49,12 +45,11 @@ Collision<Real> collision(double relaxation_time, Forcing forcing, const double 
                       .half_g = {},
                       .N_force = {},
                       .o_force = {}};
-  const bool second_order = forcing == Forcing::Guo;
-  const Real part = (second_order ? Real(1) - Real(0.5) * omega : Real(1)) / Real(24);
-  const Real beyond_N = second_order ? -part : part;
+  const Real of_N = Force::of_N(omega) / Real(24);
+  const Real beyond_N = Force::beyond_N(omega) / Real(24);
   for (int i = 0; i < 3; ++i) {
     law.half_g[i] = Real(0.5) * static_cast<Real>(g[i]);
-    if (second_order) law.N_force[i] = Real(2) * part * static_cast<Real>(g[i]);
+    law.N_force[i] = of_N * static_cast<Real>(g[i]);
   }
   for (std::size_t pair = 0; pair < 4; ++pair) {
     const auto& v = c[7 + 2 * pair];
@@ -75,7 +70,6 @@ Collision<Real> collision(double relaxation_time, Forcing forcing, const double 
 template <class Force, class Real, class V>
 [[gnu::always_inline]] inline void collide(const Collision<Real>& law, V (&h)[Q]) {
   constexpr bool forced = !std::is_same_v<Force, NoForce>;
-  constexpr bool second_order = std::is_same_v<Force, GuoForce>;
   const auto all = [](Real value) { return V{} + value; };
   const V k = all(law.k);
   const V half = all(Real(0.5));
@@ -89,7 +83,7 @@ template <class Force, class Real, class V>
   const V jz = (h[5] - h[6]) + ((a3 - a4) + (a5 - a6));
 
   V Jx = jx, Jy = jy, Jz = jz;  // rho u
-  if constexpr (second_order) {
+  if constexpr (Force::shifts_velocity) {
     Jx += law.half_g[0];
     Jy += law.half_g[1];
     Jz += law.half_g[2];
@@ -97,7 +91,7 @@ template <class Force, class Real, class V>
   const V inverse = Real(1.5) / (Real(1) + density);
   const V Ux = Jx * inverse, Uy = Jy * inverse, Uz = Jz * inverse;
   V Nx = law.omega_24 * Jx, Ny = law.omega_24 * Jy, Nz = law.omega_24 * Jz;
-  if constexpr (second_order) {
+  if constexpr (Force::changes_N) {
     Nx += law.N_force[0];
     Ny += law.N_force[1];
     Nz += law.N_force[2];

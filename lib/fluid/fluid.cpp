@@ -23,14 +23,14 @@ constexpr std::int64_t cache_line = 64;
 /// addresses of loads with those of earlier stores, and do not fall into the same sets of the caches.
 std::int64_t stride_bytes(const Spec& spec) {
   const std::int64_t page = 4096;
-  const std::int64_t bytes = spec.grid.count() * (spec.storage == Storage::Double ? 8 : 4);
+  const std::int64_t bytes = spec.grid.count() * bytes_of(spec.storage);
   return (bytes + page - 1) / page * page + 5 * cache_line;
 }
 
 /// Of the populations that come back from walls along x.
 std::int64_t end_bytes(const Spec& spec) {
   if (!spec.walls[0]) return 0;
-  return ends_per_row * spec.grid.size[1] * spec.grid.size[2] * (spec.storage == Storage::Double ? 8 : 4);
+  return ends_per_row * spec.grid.size[1] * spec.grid.size[2] * bytes_of(spec.storage);
 }
 
 constexpr std::array<std::int64_t, 3> velocity(int q) {
@@ -142,11 +142,12 @@ class FluidOf final : public Fluid {
     lattice_.ny = grid.size[1];
     lattice_.nz = grid.size[2];
     lattice_.lanes = lanes_for<Real>(grid.size[0]);
-    lattice_.forcing = spec_.body_force.isZero(0.0)         ? Forcing::None
-                       : spec_.scheme == Scheme::FirstOrder ? Forcing::FirstOrder
-                                                            : Forcing::Guo;
     const Vec3& g = spec_.body_force;
-    lattice_.law = collision<Real>(spec_.relaxation_time, lattice_.forcing, {g[0], g[1], g[2]});
+    lattice_.forced = !g.isZero(0.0);
+    lattice_.scheme = spec_.scheme;
+    lattice_.law = visit(spec_.scheme, [&](auto force) {
+      return collision<decltype(force), Real>(spec_.relaxation_time, {g[0], g[1], g[2]});
+    });
     for (std::size_t axis = 0; axis < 3; ++axis) lattice_.closed[axis] = spec_.walls[axis].has_value();
     for (std::int64_t x = 0; x < grid.size[0]; ++x) place_.push_back(lattice_.place(x));
     gains_ = gains_of(spec_);
@@ -300,15 +301,15 @@ class FluidOf final : public Fluid {
     const auto replaces = [](double now, double by, double kept) {
       return !std::isnan(now) && (std::isnan(by) || kept != now);
     };
-    const double density = lesser(worst.least_density, other.least_density);
-    if (replaces(worst.least_density, other.least_density, density)) {
-      worst.least_density = density;
-      worst.least_density_node = other.least_density_node;
+    const double density = lesser(worst.min_density, other.min_density);
+    if (replaces(worst.min_density, other.min_density, density)) {
+      worst.min_density = density;
+      worst.min_density_node = other.min_density_node;
     }
-    const double speed = worse(worst.greatest_speed, other.greatest_speed);
-    if (replaces(worst.greatest_speed, other.greatest_speed, speed)) {
-      worst.greatest_speed = speed;
-      worst.greatest_speed_node = other.greatest_speed_node;
+    const double speed = worse(worst.max_speed, other.max_speed);
+    if (replaces(worst.max_speed, other.max_speed, speed)) {
+      worst.max_speed = speed;
+      worst.max_speed_node = other.max_speed_node;
     }
   }
 
@@ -409,8 +410,9 @@ std::unique_ptr<Fluid> make_fluid(const Spec& spec) {
                        "the viscosity (tau - 1/2)/3 must be positive", "Use more than 0.5, for example 1.0");
   }
   require_memory(spec);
-  if (spec.storage == Storage::Double) return std::make_unique<FluidOf<double>>(spec);
-  return std::make_unique<FluidOf<float>>(spec);
+  return visit(spec.storage, [&](auto real) -> std::unique_ptr<Fluid> {
+    return std::make_unique<FluidOf<decltype(real)>>(spec);
+  });
 }
 
 }  // namespace veriflex::fluid

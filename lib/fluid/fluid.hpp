@@ -16,14 +16,9 @@
 #include "base/grid.hpp"
 #include "base/vec.hpp"
 #include "fluid/lattice.hpp"
+#include "fluid/scheme.hpp"
 
 namespace veriflex::fluid {
-
-/// What a population is stored and computed in.
-enum class Storage { Double, Float };
-
-/// How the body force enters, see collide.hpp. Forces at single nodes are always of first order.
-enum class Scheme { FirstOrder, Guo };
 
 /// Half-way bounce-back walls at both ends of an axis: half a spacing outside the first and the last node. A
 /// wall may move; only its motion along itself is meant. Where two walls meet, the link across both belongs
@@ -80,10 +75,10 @@ struct Totals {
 
 /// The worst nodes outside of the obstacle.
 struct Extremes {
-  double least_density;  // not a number as soon as any node's is not finite
-  std::int64_t least_density_node;
-  double greatest_speed;  // of sum f c / rho; not a number as soon as any node is not  [L T^-1]
-  std::int64_t greatest_speed_node;
+  double min_density;  // not a number as soon as any node's is not finite
+  std::int64_t min_density_node;
+  double max_speed;  // of sum f c / rho; not a number as soon as any node is not  [L T^-1]
+  std::int64_t max_speed_node;
 };
 
 class Fluid {

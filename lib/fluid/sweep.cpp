@@ -196,14 +196,8 @@ struct Step {
   }
 
   static void run(const Lattice<Real>& lattice) {
-    switch (lattice.forcing) {
-      case Forcing::None:
-        return all<NoForce>(lattice);
-      case Forcing::FirstOrder:
-        return all<FirstOrderForce>(lattice);
-      case Forcing::Guo:
-        return all<GuoForce>(lattice);
-    }
+    if (!lattice.forced) return all<NoForce>(lattice);
+    visit(lattice.scheme, [&](auto force) { all<decltype(force)>(lattice); });
   }
 };
 
@@ -217,7 +211,7 @@ void sweep_with(const Lattice<Real>& lattice, bool odd) {
 }
 
 template <class Real>
-constexpr int most_lanes = static_cast<int>(register_bytes / sizeof(Real));
+constexpr int max_lanes = static_cast<int>(register_bytes / sizeof(Real));
 
 template <class Real, int lanes>
 void choose(const Lattice<Real>& lattice, bool odd) {
@@ -232,14 +226,14 @@ void choose(const Lattice<Real>& lattice, bool odd) {
 
 template <class Real>
 int lanes_for(std::int64_t nx) {
-  int lanes = most_lanes<Real>;
+  int lanes = max_lanes<Real>;
   while (nx % lanes != 0) lanes /= 2;
   return lanes;
 }
 
 template <class Real>
 void sweep(const Lattice<Real>& lattice, bool odd) {
-  choose<Real, most_lanes<Real>>(lattice, odd);
+  choose<Real, max_lanes<Real>>(lattice, odd);
 }
 
 template int lanes_for<double>(std::int64_t);

@@ -16,6 +16,7 @@
 #include <cstdint>
 
 #include "fluid/collide.hpp"
+#include "fluid/scheme.hpp"
 
 namespace veriflex::fluid {
 
@@ -31,7 +32,8 @@ struct Lattice {
   Real* ends;  // with walls along x: ends_per_row for each row
   int lanes;   // divides nx
   Collision<Real> law;
-  Forcing forcing;
+  bool forced;  // by a body force, as `scheme` says
+  Scheme scheme;
   bool closed[3];  // walls at both ends of an axis
 
   /// Place of node x in its row.

@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
 #include <set>
 #include <sstream>
@@ -19,7 +20,7 @@ using Overridden = std::map<const toml::node*, std::string>;  // what came from 
 
 }  // namespace
 
-struct Section::Node {
+struct Table::Node {
   std::shared_ptr<const toml::table> document;  // keeps the nodes alive
   const toml::table* table;
   std::string file;
@@ -52,10 +53,9 @@ std::string type_name(const toml::node& node) {
   }
 }
 
-Place place_of(const toml::node& node, const Section::Node& section) {
-  if (const auto set = section.overridden->find(&node); set != section.overridden->end())
-    return {set->second};
-  return {section.file, node.source().begin.line, node.source().begin.column};
+Place place_of(const toml::node& node, const Table::Node& in) {
+  if (const auto set = in.overridden->find(&node); set != in.overridden->end()) return {set->second};
+  return {in.file, node.source().begin.line, node.source().begin.column};
 }
 
 // What `key` names inside a table, or `0`, `1`, ... inside an array; null when there is no such thing.
@@ -139,7 +139,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
   refuse_deep_keys(setting, "");
   const std::size_t equals = setting.find('=');
   if (equals == std::string::npos || equals == 0)
-    bad("not of the form key=value", "", "Write --set bond.depth=2.0");
+    bad("not of the form key=value", "", "Write --set bond.epsilon=2.0");
   const std::string path = setting.substr(0, equals);
   const std::string value = setting.substr(equals + 1);
   const bool removes = value.find_first_not_of(" \t") == std::string::npos;
@@ -184,13 +184,12 @@ void apply_override(toml::table& document, const std::string& setting, const std
   mark(*table->get(last), setting, overridden);
 }
 
-// The section of a table below `parent`, the same one however often it is asked for.
-std::shared_ptr<Section::Node> child(Section::Node& parent, const toml::table& table,
-                                     const std::string& name) {
+// The node of a table below `parent`, the same one however often it is asked for.
+std::shared_ptr<Table::Node> child(Table::Node& parent, const toml::table& table, const std::string& name) {
   for (const auto& known : parent.below) {
     if (known->table == &table) return known;
   }
-  auto node = std::make_shared<Section::Node>();
+  auto node = std::make_shared<Table::Node>();
   node->document = parent.document;
   node->table = &table;
   node->file = parent.file;
@@ -200,22 +199,22 @@ std::shared_ptr<Section::Node> child(Section::Node& parent, const toml::table& t
   return node;
 }
 
-const toml::node* find(Section::Node& section, const std::string& key) {
-  section.asked.insert(key);
-  const toml::node* node = section.table->get(key);
-  if (node != nullptr) section.read.insert(key);
+const toml::node* find(Table::Node& in, const std::string& key) {
+  in.asked.insert(key);
+  const toml::node* node = in.table->get(key);
+  if (node != nullptr) in.read.insert(key);
   return node;
 }
 
-const toml::node& need(const Section& of, Section::Node& section, const std::string& key) {
-  const toml::node* node = find(section, key);
+const toml::node& need(const Table& of, Table::Node& in, const std::string& key) {
+  const toml::node* node = find(in, key);
   if (node == nullptr) {
     std::vector<std::string> unread;
-    for (const auto& [name, unused] : *section.table) {
-      if (!section.asked.contains(name.str())) unread.emplace_back(name.str());
+    for (const auto& [name, unused] : *in.table) {
+      if (!in.asked.contains(name.str())) unread.emplace_back(name.str());
     }
     const std::string near = nearest_name(key, unread);
-    const std::string where = section.name.empty() ? "the file" : fmt::format("[{}]", section.name);
+    const std::string where = in.name.empty() ? "the file" : fmt::format("[{}]", in.name);
     throw InputError(near.empty() ? of.place() : of.place(near), fmt::format("{} lacks '{}'", where, key),
                      "it has no default",
                      near.empty() ? "Add it" : fmt::format("Is '{}' a misspelling of it?", near));
@@ -223,18 +222,17 @@ const toml::node& need(const Section& of, Section::Node& section, const std::str
   return *node;
 }
 
-double as_number(const Section& section, const std::string& key, const toml::node& node, bool infinity_too) {
+double as_number(const Table& in, const std::string& key, const toml::node& node, bool infinity_too) {
   const std::optional<double> value = node.is_number() ? node.value<double>() : std::nullopt;
   if (!value && node.is_integer()) {
-    section.fail(key, fmt::format("'{}' is {}", key, node.as_integer()->get()), "no double is that integer",
-                 "Write it with a point or an exponent, like 9.2e18");
+    in.fail(key, fmt::format("'{}' is {}", key, node.as_integer()->get()), "no double is that integer",
+            "Write it with a point or an exponent, like 9.2e18");
   }
   if (!value)
-    section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a number is needed",
-                 "Write it without quotes, like 1.5e-3");
+    in.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a number is needed",
+            "Write it without quotes, like 1.5e-3");
   if (std::isnan(*value) || (std::isinf(*value) && !(infinity_too && *value > 0.0))) {
-    section.fail(key, fmt::format("'{}' is {}", key, *value), "a finite number is needed",
-                 "Give a finite value");
+    in.fail(key, fmt::format("'{}' is {}", key, *value), "a finite number is needed", "Give a finite value");
   }
   return *value;
 }
@@ -245,45 +243,43 @@ std::string toml_text(const toml::node& node) {
   return text.str();
 }
 
-const toml::array& as_array(const Section& section, const std::string& key, const toml::node& node) {
+const toml::array& as_array(const Table& in, const std::string& key, const toml::node& node) {
   if (const toml::array* array = node.as_array()) return *array;
-  section.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an array is needed",
-               "Write it in brackets: [...]");
+  in.fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an array is needed",
+          "Write it in brackets: [...]");
 }
 
 }  // namespace
 
-bool Section::has(const std::string& key) const {
+bool Table::has(const std::string& key) const {
   node_->asked.insert(key);
   return node_->table->contains(key);
 }
 
-bool Section::has_list(const std::string& key) const {
-  return has(key) && node_->table->get(key)->is_array();
-}
+bool Table::has_list(const std::string& key) const { return has(key) && node_->table->get(key)->is_array(); }
 
-double Section::number(const std::string& key) const {
+double Table::number(const std::string& key) const {
   return as_number(*this, key, need(*this, *node_, key), false);
 }
 
-double Section::number_or_infinity(const std::string& key) const {
+double Table::number_or_infinity(const std::string& key) const {
   return as_number(*this, key, need(*this, *node_, key), true);
 }
 
-std::int64_t Section::integer(const std::string& key, std::int64_t least, std::int64_t most) const {
+std::int64_t Table::integer(const std::string& key, std::int64_t min, std::int64_t max) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<std::int64_t> value = node.is_integer() ? node.value<std::int64_t>() : std::nullopt;
   if (!value)
     fail(key, fmt::format("'{}' is {}", key, type_name(node)), "an integer is needed",
          "Write it without point and quotes");
-  if (*value < least || *value > most) {
-    fail(key, fmt::format("'{}' is {}", key, *value),
-         fmt::format("it must lie between {} and {}", least, most), "Choose a value in that range");
+  if (*value < min || *value > max) {
+    fail(key, fmt::format("'{}' is {}", key, *value), fmt::format("it must lie between {} and {}", min, max),
+         "Choose a value in that range");
   }
   return *value;
 }
 
-bool Section::flag(const std::string& key) const {
+bool Table::flag(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<bool> value = node.is_boolean() ? node.value<bool>() : std::nullopt;
   if (!value)
@@ -292,7 +288,7 @@ bool Section::flag(const std::string& key) const {
   return *value;
 }
 
-std::string Section::text(const std::string& key) const {
+std::string Table::text(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
   const std::optional<std::string> value = node.is_string() ? node.value<std::string>() : std::nullopt;
   if (!value)
@@ -305,7 +301,7 @@ std::string Section::text(const std::string& key) const {
   return *value;
 }
 
-std::vector<double> Section::numbers(const std::string& key) const {
+std::vector<double> Table::numbers(const std::string& key) const {
   std::vector<double> values;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
     values.push_back(as_number(*this, key, item, false));
@@ -313,7 +309,7 @@ std::vector<double> Section::numbers(const std::string& key) const {
   return values;
 }
 
-std::vector<std::int64_t> Section::integers(const std::string& key) const {
+std::vector<std::int64_t> Table::integers(const std::string& key) const {
   std::vector<std::int64_t> values;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
     const std::optional<std::int64_t> value = item.is_integer() ? item.value<std::int64_t>() : std::nullopt;
@@ -325,7 +321,7 @@ std::vector<std::int64_t> Section::integers(const std::string& key) const {
   return values;
 }
 
-std::vector<std::string> Section::texts(const std::string& key) const {
+std::vector<std::string> Table::texts(const std::string& key) const {
   std::vector<std::string> values;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
     const std::optional<std::string> value = item.is_string() ? item.value<std::string>() : std::nullopt;
@@ -345,16 +341,16 @@ std::vector<std::string> Section::texts(const std::string& key) const {
   return values;
 }
 
-Section Section::table(const std::string& key) const {
+Table Table::table(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
   if (!node.is_table())
     fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a table is needed",
          fmt::format("Write [{}] and its keys below", key));
-  return Section(child(*node_, *node.as_table(), key));
+  return Table(child(*node_, *node.as_table(), key));
 }
 
-std::vector<Section> Section::tables(const std::string& key) const {
-  std::vector<Section> all;
+std::vector<Table> Table::tables(const std::string& key) const {
+  std::vector<Table> all;
   const toml::node* node = find(*node_, key);
   if (node == nullptr) return all;
   for (const toml::node& item : as_array(*this, key, *node)) {
@@ -366,21 +362,21 @@ std::vector<Section> Section::tables(const std::string& key) const {
   return all;
 }
 
-std::optional<double> Section::number_if(const std::string& key) const {
+std::optional<double> Table::number_if(const std::string& key) const {
   return has(key) ? std::optional(number(key)) : std::nullopt;
 }
 
-double Section::number(const std::string& key, double otherwise) const {
+double Table::number(const std::string& key, double otherwise) const {
   return has(key) ? number(key) : otherwise;
 }
 
-std::string Section::text(const std::string& key, const std::string& otherwise) const {
+std::string Table::text(const std::string& key, const std::string& otherwise) const {
   return has(key) ? text(key) : otherwise;
 }
 
-bool Section::flag(const std::string& key, bool otherwise) const { return has(key) ? flag(key) : otherwise; }
+bool Table::flag(const std::string& key, bool otherwise) const { return has(key) ? flag(key) : otherwise; }
 
-std::string Section::choice(const std::string& key, const std::vector<std::string>& allowed) const {
+std::string Table::choice(const std::string& key, const std::vector<std::string>& allowed) const {
   const std::string value = text(key);
   for (const std::string& one : allowed) {
     if (value == one) return value;
@@ -390,26 +386,42 @@ std::string Section::choice(const std::string& key, const std::vector<std::strin
        near.empty() ? "Choose one of these" : fmt::format("Did you mean '{}'?", near));
 }
 
-std::vector<std::string> Section::keys() const {
+std::vector<std::string> Table::keys() const {
   std::vector<std::string> names;
   for (const auto& [name, unused] : *node_->table) names.emplace_back(name.str());
   return names;
 }
 
-Place Section::place() const { return place_of(*node_->table, *node_); }
+std::vector<Table::Entry> Table::entries() const {
+  std::vector<Entry> all;
+  const std::function<void(const toml::table&, const std::string&)> add = [&](const toml::table& table,
+                                                                              const std::string& before) {
+    for (const auto& [name, value] : table) {
+      const std::string path = before + std::string(name.str());
+      all.push_back({path, value.value<std::string>(), place_of(value, *node_)});
+      if (const toml::table* below = value.as_table()) add(*below, path + ".");
+      if (!value.is_array_of_tables()) continue;
+      for (const toml::node& item : *value.as_array()) add(*item.as_table(), path + "[].");
+    }
+  };
+  add(*node_->table, "");
+  return all;
+}
 
-Place Section::place(const std::string& key) const {
+Place Table::place() const { return place_of(*node_->table, *node_); }
+
+Place Table::place(const std::string& key) const {
   const toml::node* node = node_->table->get(key);
   if (node == nullptr) return place();
   return place_of(*node, *node_);
 }
 
-void Section::fail(const std::string& key, const std::string& problem, const std::string& why,
-                   const std::string& suggestion) const {
+void Table::fail(const std::string& key, const std::string& problem, const std::string& why,
+                 const std::string& suggestion) const {
   throw InputError(place(key), problem, why, suggestion);
 }
 
-std::optional<std::string> Section::shown(const std::string& path) const {
+std::optional<std::string> Table::shown(const std::string& path) const {
   const toml::node* at = node_->table;
   for (std::size_t start = 0; at != nullptr && start <= path.size();) {
     const std::size_t dot = std::min(path.find('.', start), path.size());
@@ -420,16 +432,16 @@ std::optional<std::string> Section::shown(const std::string& path) const {
   return toml_text(*at);
 }
 
-std::string Section::shown_value(const std::string& key) const { return toml_text(need(*this, *node_, key)); }
+std::string Table::shown_value(const std::string& key) const { return toml_text(need(*this, *node_, key)); }
 
-std::vector<std::string> Section::shown_values(const std::string& key) const {
+std::vector<std::string> Table::shown_values(const std::string& key) const {
   std::vector<std::string> all;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key)))
     all.push_back(toml_text(item));
   return all;
 }
 
-std::vector<InputError> Section::unknown_keys() const {
+std::vector<InputError> Table::unknown_keys() const {
   std::vector<InputError> all;
   if (node_->abandoned) return all;
   for (const auto& [name, value] : *node_->table) {
@@ -443,19 +455,19 @@ std::vector<InputError> Section::unknown_keys() const {
                                   : fmt::format("Did you mean '{}'?", near));
   }
   for (const auto& node : node_->below) {
-    for (InputError& error : Section(node).unknown_keys()) all.push_back(std::move(error));
+    for (InputError& error : Table(node).unknown_keys()) all.push_back(std::move(error));
   }
   return all;
 }
 
-void Section::abandon() const { node_->abandoned = true; }
+void Table::abandon() const { node_->abandoned = true; }
 
-void Section::finish() const {
+void Table::finish() const {
   const std::vector<InputError> unknown = unknown_keys();
   if (!unknown.empty()) throw unknown.front();
 }
 
-std::vector<std::string> Section::asked() const {
+std::vector<std::string> Table::asked() const {
   std::set<std::string> all(node_->asked.begin(), node_->asked.end());
   for (const auto& node : node_->below) {
     std::string name = node->name.substr(node_->name.empty() ? 0 : node_->name.size() + 1);
@@ -463,13 +475,13 @@ std::vector<std::string> Section::asked() const {
     if (dot != std::string::npos && name.find_first_not_of("0123456789", dot + 1) == std::string::npos) {
       name.replace(dot, std::string::npos, "[]");
     }
-    for (const std::string& key : Section(node).asked()) all.insert(name + "." + key);
+    for (const std::string& key : Table(node).asked()) all.insert(name + "." + key);
   }
   return {all.begin(), all.end()};
 }
 
-Section parse_document(const std::string& text, const std::string& file,
-                       const std::vector<std::string>& overrides) {
+Table parse_document(const std::string& text, const std::string& file,
+                     const std::vector<std::string>& overrides) {
   refuse_deep_keys(text, file);
   auto document = std::make_shared<toml::table>();
   try {
@@ -478,14 +490,14 @@ Section parse_document(const std::string& text, const std::string& file,
     throw InputError({file, error.source().begin.line, error.source().begin.column}, "not valid TOML",
                      std::string(error.description()), "Mend the line");
   }
-  auto top = std::make_shared<Section::Node>();
+  auto top = std::make_shared<Table::Node>();
   Overridden overridden;
   for (const std::string& setting : overrides) apply_override(*document, setting, file, overridden);
   top->overridden = std::make_shared<const Overridden>(std::move(overridden));
   top->document = document;
   top->table = document.get();
   top->file = file;
-  return Section(top);
+  return Table(top);
 }
 
 }  // namespace veriflex::io

@@ -1,4 +1,4 @@
-/// TOML documents as typed sections that remember which keys were read, so that a key nobody reads is an
+/// TOML documents as typed tables that remember which keys were read, so that a key nobody reads is an
 /// error.
 #pragma once
 
@@ -20,23 +20,23 @@ inline constexpr std::size_t longest_list = 2000;
 /// One table of a document. A copy refers to the same table. Every reader throws InputError with file, line
 /// and column when the value is missing (for the forms without default), of another type, or not finite where
 /// a number is asked for.
-class Section {
+class Table {
  public:
   struct Node;
-  explicit Section(std::shared_ptr<Node> node) : node_(std::move(node)) {}
+  explicit Table(std::shared_ptr<Node> node) : node_(std::move(node)) {}
 
   bool has(const std::string& key) const;
   bool has_list(const std::string& key) const;  // there, and an array
 
   double number(const std::string& key) const;  // finite; an integer counts as a number
-  std::int64_t integer(const std::string& key, std::int64_t least, std::int64_t most) const;
+  std::int64_t integer(const std::string& key, std::int64_t min, std::int64_t max) const;
   bool flag(const std::string& key) const;
   std::string text(const std::string& key) const;  // not empty
   std::vector<double> numbers(const std::string& key) const;
   std::vector<std::int64_t> integers(const std::string& key) const;
   std::vector<std::string> texts(const std::string& key) const;
-  Section table(const std::string& key) const;
-  std::vector<Section> tables(const std::string& key) const;  // an array of tables; empty when absent
+  Table table(const std::string& key) const;
+  std::vector<Table> tables(const std::string& key) const;  // an array of tables; empty when absent
 
   /// As number(), but `inf` is allowed too.
   double number_or_infinity(const std::string& key) const;
@@ -49,6 +49,16 @@ class Section {
   std::string choice(const std::string& key, const std::vector<std::string>& allowed) const;
 
   std::vector<std::string> keys() const;
+
+  /// A key that stands in the document.
+  struct Entry {
+    std::string path;                 // dotted, from this table; entries of `[[name]]` are `name[]`
+    std::optional<std::string> text;  // its value, where that is text
+    Place place;
+  };
+  /// All keys here and in the tables below, whether or not anything reads them.
+  std::vector<Entry> entries() const;
+
   Place place() const;
   Place place(const std::string& key) const;
   [[noreturn]] void fail(const std::string& key, const std::string& problem, const std::string& why,
@@ -81,7 +91,7 @@ class Section {
 /// word is taken as text). `[[name]]` entries are addressed as `name.0`; the number after the last adds one.
 /// An override of a key or table that the document lacks adds it, and a reader that does not know it will
 /// object. One without value, `key=`, removes the key or table. Throws InputError.
-Section parse_document(const std::string& text, const std::string& file,
+Table parse_document(const std::string& text, const std::string& file,
                        const std::vector<std::string>& overrides = {});
 
 }  // namespace veriflex::io

@@ -2,16 +2,16 @@
 
 #include <algorithm>
 
-#include "solid/freedom.hpp"
+#include "solid/dof_map.hpp"
 #include "solid/modes.hpp"
 
 namespace veriflex::scene {
 
 namespace {
 
-solid::Held prescribed(const Body& body) {
-  solid::Held held = body.conditions.held;
-  if (held.size() == 0) held = solid::Held::Constant(body.network.node_count(), 3, false);
+solid::FixedDofs prescribed(const Body& body) {
+  solid::FixedDofs held = body.conditions.fixed;
+  if (held.size() == 0) held = solid::FixedDofs::Constant(body.network.node_count(), 3, false);
   if (const auto& drive = body.conditions.drive) {
     for (const std::int32_t node : drive->nodes) held(node, drive->axis) = true;
   }
@@ -48,7 +48,7 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, const Body& body, const Coupl
       node_mass_(body.conditions.node_mass),
       drag_(body.conditions.drag) {
   const Positions rest = Positions::Zero(body.network.node_count(), 3);
-  const solid::Held held = prescribed(body);
+  const solid::FixedDofs held = prescribed(body);
   stiffness_ = solid::free_hessian(body.material, body.network, rest, held);
   substeps_ = body.substeps.count;
   if (body.substeps.safety > 0.0) {
@@ -60,10 +60,10 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, const Body& body, const Coupl
   coupling::Transfer transfer(fluid.grid, closed(fluid), coupling.delta, fluid.obstacle);
   transfer.locate(markers_at_rest(body.network, coupling));
   exchange_ = exchange_of(transfer, static_cast<Eigen::Index>(nodes.size()));
-  const solid::Freedom freedom(held);
+  const solid::DofMap dofs(held);
   for (int axis = 0; axis < 3; ++axis) {
     for (const std::int32_t node : nodes) {
-      place_.push_back(freedom.number[axis * body.network.node_count() + node]);
+      place_.push_back(dofs.number[axis * body.network.node_count() + node]);
     }
   }
 }

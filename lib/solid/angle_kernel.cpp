@@ -9,7 +9,7 @@ namespace veriflex::solid {
 
 namespace {
 
-// Fans worked on at a time: their arms and gradients, 54 arrays of 256 bytes, stay in the first-level cache.
+// Stars worked on at a time: their arms and gradients, 54 arrays of 256 bytes, stay in the first-level cache.
 constexpr std::size_t block_size = 32;
 
 using Lane = double[block_size];
@@ -26,9 +26,9 @@ struct Gradient {
 };
 
 struct alignas(64) Block {
-  Arm arms[AngleFans::most_arms];
-  Gradient gradients[AngleFans::most_arms];
-  Lane strayed;  // 1 where an angle of the fan is far from rest, else 0
+  Arm arms[AngleStars::max_arms];
+  Gradient gradients[AngleStars::max_arms];
+  Lane strayed;  // 1 where an angle of the star is far from rest, else 0
 };
 
 // An angle is near its rest value up to 30 degrees: tan^2 of the deviation below 1/3.
@@ -102,7 +102,7 @@ struct Bend {
   double tan2;
 };
 
-// Inlined whatever the compiler thinks of it: a call would keep the loop over fans from becoming vector
+// Inlined whatever the compiler thinks of it: a call would keep the loop over stars from becoming vector
 // instructions.
 //
 // Both need no square root: with s = |a x b| and c = a.b, the deviation over s is q/c for a straight and
@@ -154,7 +154,7 @@ inline void add(Gradient& gradient, const Vector& v, std::size_t i) {
   gradient.z[i] += v.z;
 }
 
-// One pair of arms in all fans of the block. No branch: the loop becomes vector instructions.
+// One pair of arms in all stars of the block. No branch: the loop becomes vector instructions.
 template <bool straight>
 void bend_all(const Arm& __restrict a, const Arm& __restrict b, double stiffness, std::size_t lanes,
               Gradient& __restrict by_a, Gradient& __restrict by_b, Lane& __restrict strayed) {
@@ -170,9 +170,9 @@ void bend_all(const Arm& __restrict a, const Arm& __restrict b, double stiffness
   }
 }
 
-// The same for one fan, with the formula for any angle where one has left its surroundings of rest. Returns
+// The same for one star, with the formula for any angle where one has left its surroundings of rest. Returns
 // whether all are defined.
-bool bend_strayed(const AngleFans::Group& group, std::size_t arms, double stiffness, std::size_t i,
+bool bend_strayed(const AngleStars::Group& group, std::size_t arms, double stiffness, std::size_t i,
                   Block& block) {
   for (std::size_t arm = 0; arm < arms; ++arm) {
     Gradient& gradient = block.gradients[arm];
@@ -211,7 +211,7 @@ void load(const std::int32_t* arms, std::size_t lanes, const double* d, std::siz
   }
 }
 
-void hand_back(const std::int32_t* arms, std::size_t lanes, std::size_t fans, const Arm& __restrict arm,
+void hand_back(const std::int32_t* arms, std::size_t lanes, std::size_t stars, const Arm& __restrict arm,
                Gradient& __restrict gradient, std::size_t bonds, double* g) {
   for (std::size_t i = 0; i < lanes; ++i) {
     const double sign = 1.0 - 2.0 * (arms[i] & 1);
@@ -223,7 +223,7 @@ void hand_back(const std::int32_t* arms, std::size_t lanes, std::size_t fans, co
   double* const x = g;
   double* const y = g + bonds;
   double* const z = g + 2 * bonds;
-  for (std::size_t i = 0; i < fans; ++i) {
+  for (std::size_t i = 0; i < stars; ++i) {
     const std::int32_t bond = arms[i] >> 1;
     x[bond] += gradient.x[i];
     y[bond] += gradient.y[i];
@@ -233,14 +233,14 @@ void hand_back(const std::int32_t* arms, std::size_t lanes, std::size_t fans, co
 
 }  // namespace
 
-bool add_angle_gradients(const AngleFans& fans, const double* d, std::size_t bonds, double stiffness,
+bool add_angle_gradients(const AngleStars& stars, const double* d, std::size_t bonds, double stiffness,
                          double* g) {
   Block block;
-  for (const AngleFans::Group& group : fans.groups) {
+  for (const AngleStars::Group& group : stars.groups) {
     const std::size_t arms = group.arms.size() / group.lanes;
     for (std::size_t first = 0; first < group.lanes; first += block_size) {
       const std::size_t lanes = std::min(block_size, group.lanes - first);
-      const std::size_t fans_here = std::min(lanes, group.fans - first);
+      const std::size_t stars_here = std::min(lanes, group.stars - first);
       for (std::size_t arm = 0; arm < arms; ++arm) {
         load(&group.arms[arm * group.lanes + first], lanes, d, bonds, block.arms[arm]);
         block.gradients[arm] = {};
@@ -250,11 +250,11 @@ bool add_angle_gradients(const AngleFans& fans, const double* d, std::size_t bon
         (straight ? bend_all<true> : bend_all<false>)(block.arms[a], block.arms[b], stiffness, lanes,
                                                       block.gradients[a], block.gradients[b], block.strayed);
       }
-      for (std::size_t i = 0; i < fans_here; ++i) {
+      for (std::size_t i = 0; i < stars_here; ++i) {
         if (block.strayed[i] != 0.0 && !bend_strayed(group, arms, stiffness, i, block)) return false;
       }
       for (std::size_t arm = 0; arm < arms; ++arm)
-        hand_back(&group.arms[arm * group.lanes + first], lanes, fans_here, block.arms[arm],
+        hand_back(&group.arms[arm * group.lanes + first], lanes, stars_here, block.arms[arm],
                   block.gradients[arm], bonds, g);
     }
   }

@@ -2,9 +2,9 @@
 /// vector instructions.
 ///
 /// The angles of a node share its arms (its bonds, seen from the node), six in a cubic lattice for fifteen
-/// angles. So angles are arranged in fans, a few arms and the angles between them; fans of the same shape
-/// stand side by side, and one vector instruction works on as many fans as it has lanes. Arms are loaded and
-/// their gradients handed back once per fan, not once per angle.
+/// angles. So angles are arranged in stars, a few arms and the angles between them; stars of the same shape
+/// stand side by side, and one vector instruction works on as many stars as it has lanes. Arms are loaded and
+/// their gradients handed back once per star, not once per angle.
 ///
 /// This header and its source know no Eigen: types whose layout depends on the instruction set must not
 /// cross.
@@ -26,21 +26,21 @@ struct Angle {
 };
 
 /// Angles of a network, arranged.
-struct AngleFans {
-  static constexpr std::size_t most_arms = 6;
+struct AngleStars {
+  static constexpr std::size_t max_arms = 6;
 
-  /// Two arms of a fan by their numbers in it.
+  /// Two arms of a star by their numbers in it.
   struct Pair {
     std::uint8_t a, b;
     bool straight;
     auto operator<=>(const Pair&) const = default;
   };
 
-  /// Fans with the same pairs. Arm k of fan i is arms[k * lanes + i], as 2 * bond, + 1 where the bond's
-  /// vector points to the node. The last fan is repeated up to a whole number of vectors.
+  /// Stars with the same pairs. Arm k of star i is arms[k * lanes + i], as 2 * bond, + 1 where the bond's
+  /// vector points to the node. The last star is repeated up to a whole number of vectors.
   struct Group {
     std::vector<Pair> pairs;
-    std::size_t fans, lanes;
+    std::size_t stars, lanes;
     std::vector<std::int32_t> arms;
   };
 
@@ -49,14 +49,14 @@ struct AngleFans {
 };
 
 /// Any list of angles between `bonds` bonds can be arranged; only how full the vectors get depends on how
-/// many nodes look alike. Angles that share an arm go into the same fan, as far as it has room.
-AngleFans arrange(const std::vector<Angle>& angles, std::size_t bonds);
+/// many nodes look alike. Angles that share an arm go into the same star, as far as it has room.
+AngleStars arrange(const std::vector<Angle>& angles, std::size_t bonds);
 
 /// Adds stiffness times the gradient of 1/2 (theta - theta0)^2, summed over the angles, by the bonds' vectors
 /// to g. `d` and `g` hold three columns (x, y, z) of `bonds` values. Same formulas as angle.hpp; the order of
 /// summation is that of the arrangement, whatever the vector length. Returns whether every angle is defined
 /// (see is_defined(); false for NaN).
-bool add_angle_gradients(const AngleFans& fans, const double* d, std::size_t bonds, double stiffness,
+bool add_angle_gradients(const AngleStars& stars, const double* d, std::size_t bonds, double stiffness,
                          double* g);
 
 }  // namespace veriflex::solid

@@ -42,9 +42,9 @@ auto visit(const Material& material, Use use) {
 
 /// Arrays that the force evaluations of one network need, kept between them.
 struct Workspace {
-  Positions d;     // deformed vector of each bond  [L]
-  Positions g;     // gradient of the energy by it  [M L T^-2]
-  AngleFans fans;  // the network's angles, arranged at the first evaluation that needs them
+  Positions d;       // deformed vector of each bond  [L]
+  Positions g;       // gradient of the energy by it  [M L T^-2]
+  AngleStars stars;  // the network's angles, arranged at the first evaluation that needs them
 };
 
 /// Deformed bond vectors into work.d; returns whether every bond is inside the law's domain (false for NaN).
@@ -85,8 +85,8 @@ template <bond::BondLaw Law, class AngleTerm>
   bool defined = true;
   if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
     work::add(work::mine().angle_evaluations, network.angles.size());
-    if (work.fans.angle_count != network.angles.size()) work.fans = arrange(network.angles, bonds);
-    defined = add_angle_gradients(work.fans, work.d.data(), bonds, angle.stiffness, work.g.data());
+    if (work.stars.angle_count != network.angles.size()) work.stars = arrange(network.angles, bonds);
+    defined = add_angle_gradients(work.stars, work.d.data(), bonds, angle.stiffness, work.g.data());
   }
   by_node.setZero(network.node_count(), 3);
   hand_to_nodes(network.bonds.data(), bonds, work.g.data(), static_cast<std::size_t>(by_node.rows()),

@@ -8,13 +8,13 @@
 #include "base/error.hpp"
 #include "base/reduce.hpp"
 #include "base/stop.hpp"
+#include "solid/inadmissible.hpp"
 #include "solid/modes.hpp"
-#include "solid/undefined.hpp"
 
 namespace veriflex::solid {
 
 namespace {
-constexpr double most_substeps = 1e6;
+constexpr double max_substeps = 1e6;
 }
 
 double Drive::at(double time) const {
@@ -51,13 +51,14 @@ void Leapfrog::divide() {
   for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {
     stiffest_ = worse(stiffest_, bond::stiffness(material_.law, work_.d.row(b).norm()));
   }
-  const Held held = conditions_.held.size() > 0 ? conditions_.held : Held::Constant(u_.rows(), 3, false);
+  const FixedDofs held =
+      conditions_.fixed.size() > 0 ? conditions_.fixed : FixedDofs::Constant(u_.rows(), 3, false);
   const double omega = largest_frequency(material_, network_, u_, held, conditions_.node_mass);
   const double wanted = std::ceil(dt_ * omega / (2.0 * wanted_.safety));
-  if (!(wanted <= most_substeps)) {
+  if (!(wanted <= max_substeps)) {
     throw NumericalFailure(
         fmt::format("step {}: the body is so stiff that a step needs {} sub-steps, more than {}", steps_ + 1,
-                    wanted, most_substeps),
+                    wanted, max_substeps),
         FailureMode::TimeStep);
   }
   count_ = std::max(1, static_cast<int>(wanted));
@@ -71,7 +72,7 @@ bool Leapfrog::evaluate(const Positions& u) {
 
 // Velocities that take the held and driven coordinates where they have to be at `time`, a sub-step from now.
 void Leapfrog::prescribe(double time, double substep) {
-  if (conditions_.held.size() > 0) v_ = conditions_.held.select(0.0, v_);
+  if (conditions_.fixed.size() > 0) v_ = conditions_.fixed.select(0.0, v_);
   if (const auto& drive = conditions_.drive) {
     for (const std::int32_t node : drive->nodes) {
       v_(node, drive->axis) = (drive->at(time) - u_(node, drive->axis)) / substep;
@@ -109,27 +110,27 @@ void Leapfrog::step() {
   advance([](double) {});
 }
 
-void Leapfrog::step(const Pull& pull, Positions& mean) {
-  const auto count = static_cast<Eigen::Index>(pull.nodes.size());
-  const auto evaluate_pull = [&](Positions& force) {
+void Leapfrog::step(const VelocityCoupling& coupling, Positions& mean) {
+  const auto count = static_cast<Eigen::Index>(coupling.nodes.size());
+  const auto evaluate_coupling = [&](Positions& force) {
     for (int axis = 0; axis < 3; ++axis) {
       for (Eigen::Index i = 0; i < count; ++i) {
-        const std::int32_t node = pull.nodes[static_cast<std::size_t>(i)];
-        force(i, axis) = pull.strength * (pull.target(i, axis) - v_(node, axis));
+        const std::int32_t node = coupling.nodes[static_cast<std::size_t>(i)];
+        force(i, axis) = coupling.strength * (coupling.target(i, axis) - v_(node, axis));
       }
     }
   };
   Positions force(count, 3);
-  evaluate_pull(force);
+  evaluate_coupling(force);
   mean.setZero(count, 3);
   bool first = true;
   advance([&](double kick) {
-    if (pull.live && !first) evaluate_pull(force);
+    if (coupling.live && !first) evaluate_coupling(force);
     first = false;
     mean += force;
     for (int axis = 0; axis < 3; ++axis) {
       for (Eigen::Index i = 0; i < count; ++i)
-        v_(pull.nodes[static_cast<std::size_t>(i)], axis) += kick * force(i, axis);
+        v_(coupling.nodes[static_cast<std::size_t>(i)], axis) += kick * force(i, axis);
     }
   });
   mean /= count_;
@@ -140,7 +141,7 @@ Positions Leapfrog::velocity() const {
   Positions v = v_ - kick * gradient_;
   if (conditions_.load.size() > 0) v += kick * conditions_.load;
   if (conditions_.drag > 0.0) v /= 1.0 + kick * conditions_.drag;
-  if (conditions_.held.size() > 0) v = conditions_.held.select(0.0, v);
+  if (conditions_.fixed.size() > 0) v = conditions_.fixed.select(0.0, v);
   return v;
 }
 
@@ -161,7 +162,7 @@ double Leapfrog::potential_energy() const {
 Vec3 Leapfrog::momentum() const { return conditions_.node_mass * v_.colwise().sum().transpose(); }
 
 void Leapfrog::fail(const std::string& when, const Positions& u) const {
-  throw NumericalFailure(fmt::format("{}: {}", when, what_is_undefined(material_, network_, u)),
+  throw NumericalFailure(fmt::format("{}: {}", when, what_is_inadmissible(material_, network_, u)),
                          FailureMode::Bond);
 }
 

@@ -28,11 +28,12 @@ struct Drive {
   double at(double time) const;
 };
 
-/// How the body is held, driven and loaded. An empty matrix is absent: no pass over the nodes is made for it.
+/// How the body is fixed, driven and loaded. An empty matrix is absent: no pass over the nodes is made for
+/// it.
 struct Conditions {
   double node_mass = 1.0;  // [M]
   double drag = 0.0;       // gamma, force per velocity and node  [M T^-1]
-  Held held;               // coordinates that stay where they start
+  FixedDofs fixed;         // coordinates that stay where they start
   Positions load;          // dead load  [M L T^-2]
   std::optional<Drive> drive;
 };
@@ -44,7 +45,7 @@ struct Substeps {
 };
 
 /// A force on some nodes towards a velocity of each: strength (target - v), v being half a (sub-)step old.
-struct Pull {
+struct VelocityCoupling {
   const std::vector<std::int32_t>& nodes;
   const Positions& target;  // one row per node of the list  [L T^-1]
   double strength;          // [M T^-1]
@@ -58,13 +59,13 @@ class Leapfrog {
   Leapfrog(const Material& material, const Network& network, const Conditions& conditions, double dt,
            Substeps substeps, const Positions& u, const Positions& v);
 
-  /// Advances by dt. Throws NumericalFailure with the step and what_is_undefined() when a bond leaves its
+  /// Advances by dt. Throws NumericalFailure with the step and what_is_inadmissible() when a bond leaves its
   /// law's domain or an angle degenerates; the state is then that of the last good step.
   void step();
 
-  /// The same under a pull. `mean` becomes its mean over the step, one row per pulled node: what the other
-  /// side of the pull has to bear  [M L T^-2].
-  void step(const Pull& pull, Positions& mean);
+  /// The same under a coupling. `mean` becomes its mean force over the step, one row per coupled node: what
+  /// the other side has to bear  [M L T^-2].
+  void step(const VelocityCoupling& coupling, Positions& mean);
 
   const Positions& displacement() const { return u_; }
   /// Velocity half a (sub-)step ago: what the scheme carries.

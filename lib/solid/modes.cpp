@@ -12,9 +12,9 @@
 #include "base/error.hpp"
 #include "base/memory.hpp"
 #include "base/reduce.hpp"
-#include "solid/freedom.hpp"
+#include "solid/dof_map.hpp"
+#include "solid/inadmissible.hpp"
 #include "solid/symmetric_eigenvalue.hpp"
-#include "solid/undefined.hpp"
 
 namespace veriflex::solid {
 
@@ -49,15 +49,16 @@ void refuse_beyond_memory(const Material& material, const Network& network) {
 
 }  // namespace
 
-Sparse free_hessian(const Material& material, const Network& network, const Positions& u, const Held& held) {
+Sparse free_hessian(const Material& material, const Network& network, const Positions& u,
+                    const FixedDofs& held) {
   refuse_beyond_memory(material, network);
   return visit(material, [&](const auto& law, const auto& angle) {
     Workspace work;
     Positions unused;
     if (!deform(law, network, u, work) || !gradient(law, angle, network, work, unused)) {
-      throw NumericalFailure("no Hessian: " + what_is_undefined(material, network, u), FailureMode::Bond);
+      throw NumericalFailure("no Hessian: " + what_is_inadmissible(material, network, u), FailureMode::Bond);
     }
-    const Sparse h = Freedom(held).restrict(hessian(law, angle, network, work));
+    const Sparse h = DofMap(held).restrict(hessian(law, angle, network, work));
     if (!std::isfinite(infinity_norm(h)))
       throw NumericalFailure("the Hessian leaves double precision", FailureMode::NotFinite);
     return h;
@@ -65,7 +66,7 @@ Sparse free_hessian(const Material& material, const Network& network, const Posi
 }
 
 double largest_frequency(const Material& material, const Network& network, const Positions& u,
-                         const Held& held, double node_mass) {
+                         const FixedDofs& held, double node_mass) {
   const Sparse h = free_hessian(material, network, u, held);
   if (h.rows() == 0) return 0.0;
   if (h.rows() <= dense_size) {
@@ -78,7 +79,7 @@ double largest_frequency(const Material& material, const Network& network, const
 }
 
 Eigen::VectorXd lowest_frequencies(const Material& material, const Network& network, const Positions& u,
-                                   const Held& held, double node_mass, int count) {
+                                   const FixedDofs& held, double node_mass, int count) {
   const Sparse h = free_hessian(material, network, u, held);
   const int wanted = std::min(count, static_cast<int>(h.rows()));
   Eigen::VectorXd eigenvalues;
@@ -100,17 +101,17 @@ Eigen::VectorXd lowest_frequencies(const Material& material, const Network& netw
   return eigenvalues.unaryExpr([&](double e) { return frequency(e, node_mass); });
 }
 
-Positions linear_response(const Material& material, const Network& network, const Held& held,
+Positions linear_response(const Material& material, const Network& network, const FixedDofs& held,
                           const Positions& load) {
-  const Freedom freedom(held);
+  const DofMap dofs(held);
   const Sparse h = free_hessian(material, network, Positions::Zero(network.node_count(), 3), held);
   Cholesky factor;
   factor.analyzePattern(h);
   factorize_stable(factor, h, 0);
-  const Eigen::VectorXd force = freedom.gather(load);
+  const Eigen::VectorXd force = dofs.gather(load);
   Eigen::VectorXd u = factor.solve(force);
   u += factor.solve(force - h * u);  // one step of refinement: slender bodies are ill conditioned
-  return freedom.scatter(u, 1.0);
+  return dofs.scatter(u, 1.0);
 }
 
 }  // namespace veriflex::solid

@@ -9,15 +9,15 @@
 #include "base/error.hpp"
 #include "base/reduce.hpp"
 #include "base/stop.hpp"
-#include "solid/freedom.hpp"
-#include "solid/undefined.hpp"
+#include "solid/dof_map.hpp"
+#include "solid/inadmissible.hpp"
 
 namespace veriflex::solid {
 
 namespace {
 
 constexpr double wanted_residual = 1e-12;
-constexpr int most_iterations = 200;
+constexpr int max_iterations = 200;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 // The force that a residual is measured against: the largest tension, or what a strain of 1e-3 would give.
 // (Below that strain the rounding of a bond's length alone exceeds 1e-12 of its tension.)
@@ -62,14 +62,14 @@ struct State {
 
 template <bond::BondLaw Law, class AngleTerm>
 Equilibrium solve(const Material& material, const Law& law, const AngleTerm& angle, const Network& network,
-                  const Positions& start, const Held& held, const Positions& load) {
-  const Freedom freedom(held);
+                  const Positions& start, const FixedDofs& held, const Positions& load) {
+  const DofMap dofs(held);
   // Evaluates the state at u; false where the energy does not exist.
   const auto evaluate = [&](const Positions& u, State& state) {
     state.u = u;
     if (!deform(law, network, u, state.work)) return false;
     if (!gradient(law, angle, network, state.work, state.gradient)) return false;
-    state.g = freedom.gather(state.gradient - load);
+    state.g = dofs.gather(state.gradient - load);
     return true;
   };
   const auto potential = [&](const State& state) {
@@ -79,14 +79,14 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
   State now;
   State next;
   if (!evaluate(start, now)) {
-    throw NumericalFailure("start of a static solution: " + what_is_undefined(material, network, start),
+    throw NumericalFailure("start of a static solution: " + what_is_inadmissible(material, network, start),
                            FailureMode::Bond);
   }
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
-  for (int iteration = 0; iteration <= most_iterations; ++iteration) {
+  for (int iteration = 0; iteration <= max_iterations; ++iteration) {
     stop_if_asked("Newton step", iteration);
-    const Eigen::SparseMatrix<double> h = freedom.restrict(hessian(law, angle, network, now.work));
+    const Eigen::SparseMatrix<double> h = dofs.restrict(hessian(law, angle, network, now.work));
     const double stiffest = infinity_norm(h);
     const double force = worse(force_scale(law, now.work), largest_magnitude(load));
     if (!std::isfinite(force) || !std::isfinite(stiffest)) {
@@ -95,7 +95,7 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
                       iteration),
           FailureMode::NotFinite);
     }
-    if (freedom.count > 0) {
+    if (dofs.count > 0) {
       if (iteration == 0) factor.analyzePattern(h);
       factorize_stable(factor, h, iteration);
     }
@@ -122,7 +122,7 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
                         iteration, largest_magnitude(now.g) / force),
             FailureMode::NotConverged);
       }
-      const Positions move = freedom.scatter(step, scale);
+      const Positions move = dofs.scatter(step, scale);
       if (!keeps_clear(law, network, now.work, move) || !evaluate(now.u + move, next)) continue;
       // Near the solution the energy no longer resolves the step, the force does.
       if (largest_magnitude(next.g) < 0.9 * largest_magnitude(now.g) ||
@@ -132,14 +132,14 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
       }
     }
   }
-  throw NumericalFailure(fmt::format("no static equilibrium after {} Newton steps", most_iterations),
+  throw NumericalFailure(fmt::format("no static equilibrium after {} Newton steps", max_iterations),
                          FailureMode::NotConverged);
 }
 
 }  // namespace
 
 Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
-                        const Held& held, const Positions& load) {
+                        const FixedDofs& held, const Positions& load) {
   return visit(material, [&](const auto& law, const auto& angle) {
     return solve(material, law, angle, network, u, held, load);
   });

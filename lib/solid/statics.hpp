@@ -1,12 +1,12 @@
-/// Static equilibrium of a network under dead loads, with some degrees of freedom held.
+/// Static equilibrium of a network under dead loads, with some degrees of freedom fixed.
 #pragma once
 
 #include "solid/elastic.hpp"
 
 namespace veriflex::solid {
 
-/// Per node and axis: true where the coordinate is held at its present value.
-using Held = Eigen::Matrix<bool, Eigen::Dynamic, 3>;
+/// Per node and axis: true where the coordinate is fixed at its present value.
+using FixedDofs = Eigen::Matrix<bool, Eigen::Dynamic, 3>;
 
 struct Equilibrium {
   Positions u;         // displacement  [L]
@@ -21,9 +21,9 @@ struct Equilibrium {
 /// rounding keeps a further step from helping. Throws NumericalFailure:
 ///   "mechanism: N zero modes"  the network can move without force (never regularised),
 ///   "unstable: N negative"     the state is no minimum,
-///   what_is_undefined() at the start, forces beyond double precision, or no convergence.
+///   what_is_inadmissible() at the start, forces beyond double precision, or no convergence.
 Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
-                        const Held& held, const Positions& load);
+                        const FixedDofs& held, const Positions& load);
 
 /// Throws NumericalFailure when a bond points against its undeformed direction at displacement u: for bodies
 /// that are stretched or compressed, not for those that bend far.

@@ -13,8 +13,8 @@ namespace {
 constexpr int x_axis = 0, y_axis = 1, z_axis = 2;
 
 // Everything but the axial coordinate of the last section, which displacement control holds too.
-Held holds(const Block& block, bool lateral_held) {
-  Held held = Held::Constant(block.node_count(), 3, false);
+FixedDofs holds(const Block& block, bool lateral_held) {
+  FixedDofs held = FixedDofs::Constant(block.node_count(), 3, false);
   const std::int64_t section = block.nodes[0] * block.nodes[1];
   held.col(z_axis).head(section).setConstant(true);
   if (lateral_held) {
@@ -36,7 +36,7 @@ Held holds(const Block& block, bool lateral_held) {
 Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_held, double strain) {
   const Network network = cubic_lattice(block);
   const std::int64_t section = block.nodes[0] * block.nodes[1];
-  Held held = holds(block, lateral_held);
+  FixedDofs held = holds(block, lateral_held);
   held.col(z_axis).tail(section).setConstant(true);
   // The start is deliberately not the uniform stretch that solves the problem: its bonds are strained up to 5
   // % less and further than that, but not nearer to a limit of the law than half of what the uniform one

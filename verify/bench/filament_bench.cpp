@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
-#include "drivers/filament_run.hpp"
 #include "io/file.hpp"
+#include "measures/filament/filament_run.hpp"
 
 namespace {
 
@@ -15,21 +15,21 @@ using namespace veriflex;
 
 nlohmann::json measure(std::array<std::int64_t, 3> box, fluid::Storage storage, const bond::AnyLaw& law) {
   fluid::Spec spec{.grid = {box}, .relaxation_time = 1.0, .storage = storage};
-  drivers::Stroke stroke{.fluid = spec,
-                         .rod = {2.5, 51, 1.0},
-                         .law = law,
-                         .angle_stiffness = 0.025,
-                         .node_mass = 1.0,
-                         .substeps = {4, 0.0},
-                         .coupling = {},
-                         .offset = Vec3::Zero(),
-                         .amplitude = 5.0,
-                         .reynolds = 10.21,
-                         .driven = drivers::Driven::Node,
-                         .ramp_periods = 0.0,
-                         .periods = 1,
-                         .watch = {}};
-  scene::Simulation simulation = drivers::simulation_of(stroke);
+  measures::Stroke stroke{.fluid = spec,
+                          .rod = {2.5, 51, 1.0},
+                          .law = law,
+                          .angle_stiffness = 0.025,
+                          .node_mass = 1.0,
+                          .substeps = {4, 0.0},
+                          .coupling = {},
+                          .offset = Vec3::Zero(),
+                          .amplitude = 5.0,
+                          .reynolds = 10.21,
+                          .driven = measures::Driven::Node,
+                          .ramp_periods = 0.0,
+                          .periods = 1,
+                          .monitor = {}};
+  scene::Simulation simulation = measures::simulation_of(stroke);
   simulation.advance();
   simulation.advance();
   struct Milliseconds {
@@ -87,8 +87,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     const bond::AnyLaw harmonic = bond::Harmonic{0.26, 1.0};
     const bond::AnyLaw fene = bond::make_law("fene-lj", [](const std::string& name) -> std::optional<double> {
-      if (name == "depth") return 0.000287;
-      if (name == "diameter") return 1.0407;
+      if (name == "epsilon") return 0.000287;
+      if (name == "sigma") return 1.0407;
       return std::nullopt;
     });
     nlohmann::json runs = nlohmann::json::array();

@@ -19,10 +19,10 @@ constexpr double angle_stiffness = 0.025;
 // Each law with the paper's modulus 0.26 at spacing 1.
 std::vector<bond::AnyLaw> laws() {
   return {bond::Harmonic{0.26, 1.0},
-          bond::FeneLj{.depth = 2.86970720062559e-4,
-                       .diameter = 1.040694052478347,
-                       .attraction = 30.0 * 2.86970720062559e-4 / (1.040694052478347 * 1.040694052478347),
-                       .reach = 1.5 * 1.040694052478347,
+          bond::FeneLj{.epsilon = 2.86970720062559e-4,
+                       .sigma = 1.040694052478347,
+                       .fene_k = 30.0 * 2.86970720062559e-4 / (1.040694052478347 * 1.040694052478347),
+                       .r_max = 1.5 * 1.040694052478347,
                        .cutoff = bond::FeneLj::lj_minimum * 1.040694052478347},
           bond::ShiftedFene{0.26, 1.0, 0.5}};
 }
@@ -84,11 +84,11 @@ void angles_alone(benchmark::State& state, const Body& body) {
   solid::Workspace work;
   if (!solid::deform(bond::Harmonic{0.26, 1.0}, network, noise(network), work))
     state.SkipWithError("undefined");
-  const solid::AngleFans fans = solid::arrange(network.angles, network.bonds.size());
+  const solid::AngleStars stars = solid::arrange(network.angles, network.bonds.size());
   Positions g = Positions::Zero(work.d.rows(), 3);
   for (auto _ : state) {
     const bool defined =
-        solid::add_angle_gradients(fans, work.d.data(), network.bonds.size(), angle_stiffness, g.data());
+        solid::add_angle_gradients(stars, work.d.data(), network.bonds.size(), angle_stiffness, g.data());
     benchmark::DoNotOptimize(defined);
   }
   state.counters["per_angle"] = each_of(network.angles.size());

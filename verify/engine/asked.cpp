@@ -8,10 +8,10 @@ namespace veriflex::engine {
 
 namespace {
 
-Pinned read_pinned(const io::Section& check, const std::string& key) {
+Pinned read_pinned(const io::Table& check, const std::string& key) {
   Pinned pinned;
   if (!check.has(key)) return pinned;
-  const io::Section table = check.table(key);
+  const io::Table table = check.table(key);
   for (const std::string& axis : table.keys()) pinned.emplace_back(axis, table.shown_value(axis));
   return pinned;
 }
@@ -40,7 +40,7 @@ const std::vector<std::string>& numbers_of_studies() {
   return names;
 }
 
-Asked read_asked(const io::Section& check) {
+Asked read_asked(const io::Table& check) {
   Asked asked{.of = "value", .metric = check.text("metric"), .along = {}, .where = {}, .over = {}};
   if (check.has("of")) asked.of = check.choice("of", numbers_of_studies());
   const std::vector<std::string> with_axis{"order", "richardson", "gci", "exponent"};

@@ -28,6 +28,6 @@ struct Asked {
 const std::vector<std::string>& numbers_of_studies();
 
 /// Of a `[[check]]` with `metric`, and `of` (default: value), `along`, `where`, `over`. Throws InputError.
-Asked read_asked(const io::Section& check);
+Asked read_asked(const io::Table& check);
 
 }  // namespace veriflex::engine

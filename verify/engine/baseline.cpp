@@ -97,7 +97,7 @@ void compare_with_baseline(Case& c, const fs::path& case_folder, const fs::path&
     }
     Check check{};
     check.place = {path.string()};
-    check.question = Question::code;
+    check.kind = CheckKind::verification;
     check.statement = fmt::format("as accepted on {}: {}", origin.date, origin.reason);
     check.measure = name;
     check.target = value.value;
@@ -105,7 +105,7 @@ void compare_with_baseline(Case& c, const fs::path& case_folder, const fs::path&
     check.tolerance.text = fmt::format("{} relative, but at least {}", origin.relative, origin.absolute);
     check.tolerance.reason = "stated in the baseline; another machine or compiler may round differently";
     check.reference = index;
-    check.kind = baseline.kind;
+    check.target_kind = baseline.kind;
     check.source = baseline.source;
     c.checks.push_back(std::move(check));
   }

@@ -10,6 +10,7 @@
 
 #include "engine/asked.hpp"
 #include "engine/ledger.hpp"
+#include "engine/renamed.hpp"
 #include "io/file.hpp"
 
 namespace veriflex::engine {
@@ -18,8 +19,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-Tolerance read_tolerance(const io::Section& check, bool curve) {
-  const io::Section t = check.table("tolerance");
+Tolerance read_tolerance(const io::Table& check, bool curve) {
+  const io::Table t = check.table("tolerance");
   std::vector<std::string> given;
   for (const char* form : {"absolute", "relative", "digits"}) {
     if (t.has(form)) given.emplace_back(form);
@@ -76,24 +77,24 @@ std::size_t index_of_reference(const std::string& id, Case& c, const Shelf& shel
   return c.references.size() - 1;
 }
 
-void read_target(const io::Section& s, Check& check, Case& c, const Shelf& shelf) {
+void read_target(const io::Table& s, Check& check, Case& c, const Shelf& shelf) {
   if (s.has("target") == s.has("reference")) {
     throw InputError(s.place(),
                      s.has("target") ? "both target and reference" : "neither target nor reference",
                      "a check compares with one number",
-                     "Give either reference (and quantity), or target, kind and source");
+                     "Give either reference (and quantity), or target, target_kind and source");
   }
   if (s.has("target")) {
     if (check.curve)
       s.fail("target", "a curve needs a reference", "its points stand in a table", "Name a reference");
     check.target = s.number("target");
-    check.kind = s.choice("kind", target_kinds());
+    check.target_kind = s.choice("target_kind", target_kinds());
     check.source = s.text("source");
     return;
   }
   check.reference = index_of_reference(s.text("reference"), c, shelf, s.place("reference"));
   const Reference& reference = c.references[*check.reference];
-  check.kind = reference.kind;
+  check.target_kind = reference.kind;
   check.source = reference.source;
   if (check.curve) {
     for (const std::string& column : {check.curve->x, check.curve->y}) {
@@ -130,7 +131,7 @@ void read_target(const io::Section& s, Check& check, Case& c, const Shelf& shelf
   }
 }
 
-void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
+void read_claim(const io::Table& s, Check& check, Shelf& shelf) {
   check.claims = s.has_list("claim") ? s.texts("claim") : std::vector{s.text("claim")};
   if (!shelf.ledger) shelf.ledger = read_ledger(shelf.references);
   if (check.claims.empty()) {
@@ -148,7 +149,7 @@ void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
     }
   }
   if (s.flag("expected_to_hold", true)) return;
-  const io::Section recorded = s.table("recorded");
+  const io::Table recorded = s.table("recorded");
   check.refuted = Recorded{recorded.number("value"), recorded.number("relative")};
   if (!(check.refuted->relative > 0.0)) {
     recorded.fail("relative", fmt::format("'relative' is {}", check.refuted->relative),
@@ -156,17 +157,18 @@ void read_claim(const io::Section& s, Check& check, Shelf& shelf) {
   }
 }
 
-Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
+Check read_check(const io::Table& s, Case& c, Shelf& shelf) {
   Check check{};
   check.place = s.place();
-  check.question = s.choice("question", {"code", "claim"}) == "code" ? Question::code : Question::claim;
+  check.kind =
+      s.choice("kind", {"verification", "claim"}) == "claim" ? CheckKind::claim : CheckKind::verification;
   check.statement = s.text("statement");
   if (s.has("curve") == s.has("metric")) {
     throw InputError(s.place(), s.has("curve") ? "both metric and curve" : "neither metric nor curve",
                      "a check judges one of them", "Keep one");
   }
   if (s.has("curve")) {
-    const io::Section curve = s.table("curve");
+    const io::Table curve = s.table("curve");
     check.curve = Curve{curve.text("record"), curve.text("x"), curve.text("y")};
     check.measure = check.curve->record + "." + check.curve->y;
   } else {
@@ -187,10 +189,9 @@ Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
     s.fail("tolerance", "a relative tolerance of a target of zero", "nothing but exactly zero would pass",
            "Give an absolute tolerance");
   }
-  if (check.question == Question::claim) read_claim(s, check, shelf);
+  if (check.kind == CheckKind::claim) read_claim(s, check, shelf);
   for (const Check& other : c.checks) {
-    if (other.measure == check.measure && other.statement == check.statement &&
-        other.question == check.question) {
+    if (other.measure == check.measure && other.statement == check.statement && other.kind == check.kind) {
       s.fail("statement", fmt::format("the check of '{}' stands here twice", check.measure),
              "the first is at " + to_string(other.place),
              "Remove one, or say what it checks beyond the other");
@@ -199,15 +200,15 @@ Check read_check(const io::Section& s, Case& c, Shelf& shelf) {
   return check;
 }
 
-const Driver& find_driver(const io::Section& top, const std::vector<Driver>& drivers) {
+const Driver& find_driver(const io::Table& top, const std::vector<Driver>& drivers) {
   std::vector<std::string> names;
   for (const Driver& driver : drivers) names.push_back(driver.name);
   const std::string name = top.choice("driver", names);
   return *std::find_if(drivers.begin(), drivers.end(), [&](const Driver& d) { return d.name == name; });
 }
 
-std::vector<Assumption> read_assumed(const io::Section& top) {
-  const io::Section table = top.table("assumed");
+std::vector<Assumption> read_assumed(const io::Table& top) {
+  const io::Table table = top.table("assumed");
   std::vector<Assumption> all;
   for (const std::string& path : table.keys()) {
     const std::optional<std::string> value = top.shown(path);
@@ -222,9 +223,10 @@ std::vector<Assumption> read_assumed(const io::Section& top) {
   return all;
 }
 
-CaseHead head_of(const io::Section& top, const fs::path& path) {
+CaseHead head_of(const io::Table& top, const fs::path& path) {
   CaseHead head{path.stem().string(), "", "", "", {}, path, ""};
-  top.integer("schema", 1, 1);
+  const std::vector<InputError> old = old_names(top);
+  if (!old.empty()) throw InputError(old.front());
   const std::string id = top.text("id");
   if (id != head.id) {
     top.fail("id", fmt::format("id '{}' differs from the file's name", id), "they must agree",
@@ -268,6 +270,8 @@ std::string name_of_variant(const std::string& id, const std::vector<std::string
   return whole ? said : said + '+' + io::sha256(given).substr(0, 8);
 }
 
+std::string to_string(CheckKind kind) { return kind == CheckKind::claim ? "claim" : "verification"; }
+
 const std::vector<std::string>& tiers() {
   static const std::vector<std::string> names{"quick", "full", "paper"};
   return names;
@@ -275,27 +279,29 @@ const std::vector<std::string>& tiers() {
 
 namespace {
 
-void read_into(Case& c, const io::Section& top, const fs::path& path, const Readers& readers,
+void read_into(Case& c, const io::Table& top, const fs::path& path, const Readers& readers,
                const fs::path& reference_folder, std::vector<InputError>& problems) {
   // Whether `read` came to its end; a table whose reader broke off has no unknown keys.
-  const auto attempt = [&problems](const io::Section& section, const auto& read) {
+  const auto attempt = [&problems](const io::Table& table, const auto& read) {
     try {
       read();
       return true;
     } catch (const InputError& error) {
       problems.push_back(error);
-      section.abandon();
+      table.abandon();
       return false;
     }
   };
   c.path = path;
+  attempt(top, [&] { problems = old_names(top); });
+  if (!problems.empty()) return;  // an old name would be said to be missing, too
   attempt(top, [&] {
     CaseHead head = head_of(top, path);
     c.id = std::move(head.id);
     c.title = std::move(head.title);
     c.tier = std::move(head.tier);
     c.topics = std::move(head.topics);
-    c.asks = top.text("asks");
+    c.question = top.text("question");
     c.equation = top.text("equation");
     c.sources = top.texts("sources");
     c.sources_at = top.place("sources");
@@ -310,7 +316,7 @@ void read_into(Case& c, const io::Section& top, const fs::path& path, const Read
   if (!has_study) return;  // what its checks may ask for is not known
   attempt(top, [&] {
     Shelf shelf{reference_folder, {}};
-    for (const io::Section& check : top.tables("check")) {
+    for (const io::Table& check : top.tables("check")) {
       if (readers.with_checks) {
         attempt(check, [&] { c.checks.push_back(read_check(check, c, shelf)); });
       } else {
@@ -323,7 +329,7 @@ void read_into(Case& c, const io::Section& top, const fs::path& path, const Read
 
 }  // namespace
 
-Case read_parts(const io::Section& top, const fs::path& path, const Readers& readers,
+Case read_parts(const io::Table& top, const fs::path& path, const Readers& readers,
                 const fs::path& reference_folder, std::vector<InputError>& problems) {
   Case c;
   read_into(c, top, path, readers, reference_folder, problems);

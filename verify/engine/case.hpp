@@ -13,10 +13,11 @@
 
 namespace veriflex::engine {
 
-enum class Question {
-  code,   // does the program satisfy the mathematics?
-  claim,  // does the published statement hold?
+enum class CheckKind {
+  verification,  // does the program satisfy the mathematics?
+  claim,         // does the published statement hold?
 };
+std::string to_string(CheckKind kind);
 
 struct Tolerance {
   bool relative;
@@ -38,7 +39,7 @@ struct Recorded {
 };
 
 struct Check {
-  Question question;
+  CheckKind kind;
   std::string statement;
   std::string measure;  // metric, or record.column for a curve
   std::optional<Curve> curve;
@@ -47,7 +48,7 @@ struct Check {
   Tolerance tolerance;
   std::optional<std::size_t>
       reference;  // index in Case::references; none when the case states the target itself
-  std::string kind;
+  std::string target_kind;
   std::string source;
   std::vector<std::string> claims;  // ledger entries that a claim's check judges
   std::optional<Recorded> refuted;  // given: the claim is expected not to hold
@@ -62,7 +63,7 @@ struct Assumption {
 };
 
 struct Case {
-  std::string id, title, asks, equation, driver, tier;
+  std::string id, title, question, equation, driver, tier;
   std::vector<std::string> topics, sources;
   Place sources_at;
   std::vector<Assumption> assumed;
@@ -74,7 +75,7 @@ struct Case {
   std::vector<Reference> references;
 
   /// What the result is called: the id, and for a case changed by `--set` what was set, in characters that
-  /// suit a file name: `id+bond.depth=2`, with a part of its checksum where that does not say it all.
+  /// suit a file name: `id+bond.epsilon=2`, with a part of its checksum where that does not say it all.
   std::string name() const;
 };
 
@@ -84,7 +85,7 @@ std::string name_of_variant(const std::string& id, const std::vector<std::string
 const std::vector<std::string>& tiers();
 
 /// Makes one run of a case a study of many, if the case has a table of one: [sweep], [boundary], [ablate].
-using StudyReader = std::function<Study(const io::Section& top, const Case& c, Study measure)>;
+using StudyReader = std::function<Study(const io::Table& top, const Case& c, Study measure)>;
 
 /// What reads a case.
 struct Readers {
@@ -100,7 +101,7 @@ Case read_case(const std::filesystem::path& path, const std::vector<std::string>
 
 /// What can be read of the case in `top`, which stands at `path`; what cannot is added to `problems`: per
 /// table of the case the first problem in it, and every key that nobody knows.
-Case read_parts(const io::Section& top, const std::filesystem::path& path, const Readers& readers,
+Case read_parts(const io::Table& top, const std::filesystem::path& path, const Readers& readers,
                 const std::filesystem::path& reference_folder, std::vector<InputError>& problems);
 
 /// What a listing needs, without the study: readable even when the rest of the case is not. `problem` is

@@ -23,7 +23,7 @@ std::string remedy(const fluid::Spec& fluid, const scene::Body& body, const scen
           answered, 2.0 * coupling.marker_volume / answered);
     }
     return fmt::format(
-        "Use a node mass above {:.3g} (it is {:.3g}), softer bonds, live = true with more sub-steps, or "
+        "Use a node mass above {:.3g} (it is {:.3g}), softer bonds, subcycled = true with more sub-steps, or "
         "couple "
         "fewer nodes",
         scene::critical_node_mass(fluid, body, coupling, accuracy), body.conditions.node_mass);

@@ -11,7 +11,7 @@ namespace veriflex::engine {
 
 namespace {
 
-constexpr double most_steps = 1e9;
+constexpr double max_steps = 1e9;
 
 /// The supports of X, of markers in nodes with fluid.
 void require_fluid(const fluid::Spec& fluid, coupling::Delta delta, const Positions& X,
@@ -66,10 +66,10 @@ void check_supports(const fluid::Spec& fluid, coupling::Delta delta, const Posit
   }
 }
 
-std::int64_t whole_steps(double steps, double least, const std::string& what, const Place& where) {
-  if (steps >= least && steps <= most_steps) return static_cast<std::int64_t>(std::ceil(steps));
+std::int64_t whole_steps(double steps, double min, const std::string& what, const Place& where) {
+  if (steps >= min && steps <= max_steps) return static_cast<std::int64_t>(std::ceil(steps));
   throw InputError(where, fmt::format("{} {:.4g} steps", what, steps),
-                   fmt::format("from {:.0f} to {:.0f} can be made", least, most_steps),
+                   fmt::format("from {:.0f} to {:.0f} can be made", min, max_steps),
                    "Correct what it follows from");
 }
 

@@ -33,7 +33,7 @@ CitedChecks read_checks(const fs::path& path) {
   const std::vector<std::string> verdicts = file.texts("/checks/verdict");
   const std::vector<std::string> metrics = file.texts("/checks/metric");
   const std::vector<std::string> statements = file.texts("/checks/statement");
-  const std::vector<std::string> kinds = file.texts("/checks/kind");
+  const std::vector<std::string> kinds = file.texts("/checks/target_kind");
   const std::vector<std::string> holds = file.texts("/checks/holds");
   const std::vector<double> measured = file.numbers("/checks/measured");
   const std::vector<double> targets = file.numbers("/checks/target");
@@ -102,7 +102,7 @@ std::vector<CitedChecks> read_results(const std::vector<fs::path>& folders, Judg
   return cases;
 }
 
-void check_kind(const io::Section& s, const Entry& entry) {
+void check_kind(const io::Table& s, const Entry& entry) {
   if (entry.kind != not_decidable) {
     if (!entry.judged_by.empty()) return;
     s.fail("judged_by", fmt::format("no case judges '{}'", entry.id),
@@ -132,10 +132,10 @@ Ledger read_ledger(const fs::path& reference_folder) {
   return read_ledger(io::parse_document(io::read_file(path), path.string()));
 }
 
-Ledger read_ledger(const io::Section& top) {
+Ledger read_ledger(const io::Table& top) {
   top.integer("schema", 1, 1);
   Ledger ledger{top.text("citation"), top.place("citation"), {}};
-  for (const io::Section& s : top.tables("claim")) {
+  for (const io::Table& s : top.tables("claim")) {
     Entry entry{s.text("id"),         s.text("where"),          s.choice("kind", claim_kinds()),
                 s.text("states"),     s.text("conditions", ""), s.text("notes", ""),
                 s.texts("judged_by"), s.place("judged_by")};

@@ -40,7 +40,7 @@ Ledger read_ledger(const std::filesystem::path& reference_folder);
 
 /// The same of a document. Throws InputError: also for an id that stands there twice, for an entry that could
 /// be judged and names no case, and for one that is not decidable and names some or does not say why.
-Ledger read_ledger(const io::Section& top);
+Ledger read_ledger(const io::Table& top);
 
 /// The entry of that id. Throws InputError at `asked_at`, with the nearest id suggested.
 const Entry& find_entry(const Ledger& ledger, const std::string& id, const Place& asked_at);
@@ -49,7 +49,7 @@ const Entry& find_entry(const Ledger& ledger, const std::string& id, const Place
 struct Judgement {
   std::string case_id;
   std::string verdict;  // of the check: pass, fail or finding; "error" or "not run" of the case
-  std::string metric, statement, kind;
+  std::string metric, statement, target_kind;
   double measured, target, tolerance;
   bool outside;  // the statement holds beyond the tolerance of the target
 };

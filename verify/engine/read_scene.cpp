@@ -6,41 +6,41 @@ namespace veriflex::engine {
 
 namespace {
 
-constexpr std::int64_t most_nodes = 1'000'000'000'000;
+constexpr std::int64_t max_nodes = 1'000'000'000'000;
 
-[[noreturn]] void fail_at(const io::Section& section, const BadParameter& bad) {
-  section.fail(bad.parameter, bad.problem, bad.why, bad.suggestion);
+[[noreturn]] void fail_at(const io::Table& table, const BadParameter& bad) {
+  table.fail(bad.parameter, bad.problem, bad.why, bad.suggestion);
 }
 
-std::array<std::int64_t, 3> read_nodes(const io::Section& solid, const std::string& shape) {
+std::array<std::int64_t, 3> read_nodes(const io::Table& solid, const std::string& shape) {
   if (shape == "pair") return {1, 1, 2};
-  if (shape == "chain") return {1, 1, solid.integer("nodes", 2, most_nodes)};
+  if (shape == "chain") return {1, 1, solid.integer("nodes", 2, max_nodes)};
   const std::vector<std::int64_t> nodes = solid.integers("nodes");
   if (nodes.size() != 3) {
     solid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()),
                "a bar has n, m and l nodes along x, y and z", "Write for example nodes = [4, 4, 12]");
   }
   for (std::size_t i = 0; i < 3; ++i) {
-    const std::int64_t least = i == 2 ? 2 : 1;
-    if (nodes[i] < least || nodes[i] > most_nodes) {
+    const std::int64_t min = i == 2 ? 2 : 1;
+    if (nodes[i] < min || nodes[i] > max_nodes) {
       solid.fail("nodes", fmt::format("'nodes' holds {}", nodes[i]),
-                 fmt::format("the number along {} must lie between {} and {}", "xyz"[i], least, most_nodes),
+                 fmt::format("the number along {} must lie between {} and {}", "xyz"[i], min, max_nodes),
                  "Choose a number in that range");
     }
   }
   // Beyond this the numbers of nodes and bonds leave 64 bits; what fits into memory is the plan's matter.
   if (static_cast<double>(nodes[0]) * static_cast<double>(nodes[1]) * static_cast<double>(nodes[2]) >
-      static_cast<double>(most_nodes)) {
+      static_cast<double>(max_nodes)) {
     solid.fail("nodes", fmt::format("{} x {} x {} nodes are too many", nodes[0], nodes[1], nodes[2]),
-               fmt::format("{} is more than any memory holds", most_nodes), "Use fewer nodes");
+               fmt::format("{} is more than any memory holds", max_nodes), "Use fewer nodes");
   }
   return {nodes[0], nodes[1], nodes[2]};
 }
 
 }  // namespace
 
-bond::AnyLaw read_law(const io::Section& top, const std::string& where) {
-  const io::Section table = top.table(where);
+bond::AnyLaw read_law(const io::Table& top, const std::string& where) {
+  const io::Table table = top.table(where);
   const std::string name = table.text("law");
   try {
     return bond::make_law(name, [&](const std::string& parameter) -> std::optional<double> {
@@ -54,7 +54,7 @@ bond::AnyLaw read_law(const io::Section& top, const std::string& where) {
   }
 }
 
-bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law) {
+bond::Derivation read_derivation(const io::Table& top, const bond::AnyLaw& law) {
   try {
     return bond::derive(law);
   } catch (const BadParameter& bad) {
@@ -65,9 +65,9 @@ bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law
   }
 }
 
-double read_angle_stiffness(const io::Section& top) {
+double read_angle_stiffness(const io::Table& top) {
   if (!top.has("angle")) return 0.0;
-  const io::Section table = top.table("angle");
+  const io::Table table = top.table("angle");
   const double stiffness = table.number("stiffness");
   if (!(stiffness >= 0.0)) {
     table.fail("stiffness", fmt::format("'stiffness' is {}", stiffness), "k_a cannot be negative",
@@ -76,8 +76,8 @@ double read_angle_stiffness(const io::Section& top) {
   return stiffness;
 }
 
-scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, double rest_length) {
-  const io::Section table = top.table("solid");
+scene::SolidSpec read_solid(const io::Table& top, const bond::AnyLaw& law, double rest_length) {
+  const io::Table table = top.table("solid");
   const std::string shape = table.choice("shape", {"pair", "chain", "bar", "rod"});
   const double spacing = table.number("spacing", rest_length);
   if (const Interval domain = bond::domain(law); !domain.contains(spacing)) {
@@ -93,13 +93,13 @@ scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, dou
       table.fail("radius", fmt::format("'radius' is {}", radius), "it is in spacings, from 0 to 1000",
                  "2.5 gives 21 nodes a section");
     }
-    return {.shape = solid::Rod{radius, table.integer("sections", 1, most_nodes), spacing},
+    return {.shape = solid::Rod{radius, table.integer("sections", 1, max_nodes), spacing},
             .angle_stiffness = angle_stiffness};
   }
   return {.shape = solid::Block{read_nodes(table, shape), spacing}, .angle_stiffness = angle_stiffness};
 }
 
-scene::SolidSpec read_solid_at_rest(const io::Section& top, const bond::AnyLaw& law, double rest_length) {
+scene::SolidSpec read_solid_at_rest(const io::Table& top, const bond::AnyLaw& law, double rest_length) {
   const scene::SolidSpec solid = read_solid(top, law, rest_length);
   const double spacing = std::visit([](const auto& shape) { return shape.spacing; }, solid.shape);
   if (spacing != rest_length) {
@@ -111,7 +111,7 @@ scene::SolidSpec read_solid_at_rest(const io::Section& top, const bond::AnyLaw& 
   return solid;
 }
 
-Vec3 read_vector(const io::Section& table, const std::string& key) {
+Vec3 read_vector(const io::Table& table, const std::string& key) {
   const std::vector<double> v = table.numbers(key);
   if (v.size() != 3) {
     table.fail(key, fmt::format("'{}' has {} numbers", key, v.size()), "a vector has x, y and z",
@@ -120,7 +120,7 @@ Vec3 read_vector(const io::Section& table, const std::string& key) {
   return {v[0], v[1], v[2]};
 }
 
-double read_relaxation_time(const io::Section& table) {
+double read_relaxation_time(const io::Table& table) {
   const double tau = table.number("relaxation_time");
   if (!(tau > 0.5)) {
     table.fail("relaxation_time", fmt::format("'relaxation_time' is {}", tau),
@@ -131,12 +131,12 @@ double read_relaxation_time(const io::Section& table) {
 
 namespace {
 
-constexpr std::int64_t most_fluid_nodes = 1'000'000;  // along one axis
+constexpr std::int64_t max_fluid_nodes = 1'000'000;  // along one axis
 
-std::optional<fluid::Walls> read_walls(const io::Section& fluid, std::size_t axis) {
+std::optional<fluid::Walls> read_walls(const io::Table& fluid, std::size_t axis) {
   const std::string key = fmt::format("walls_{}", "xyz"[axis]);
   if (!fluid.has(key)) return std::nullopt;
-  const io::Section table = fluid.table(key);
+  const io::Table table = fluid.table(key);
   fluid::Walls walls;
   if (table.has("low_velocity")) walls.low_velocity = read_vector(table, "low_velocity");
   if (table.has("high_velocity")) walls.high_velocity = read_vector(table, "high_velocity");
@@ -151,7 +151,7 @@ std::optional<fluid::Walls> read_walls(const io::Section& fluid, std::size_t axi
 }
 
 /// The voxels of the obstacle; a box that does not fit into memory is refused before they are looked for.
-std::vector<std::int64_t> read_voxels(const io::Section& fluid, const fluid::Spec& spec) {
+std::vector<std::int64_t> read_voxels(const io::Table& fluid, const fluid::Spec& spec) {
   const fluid::Shape shape = read_obstacle(fluid);
   try {
     fluid::require_memory(spec);
@@ -171,23 +171,23 @@ std::vector<std::int64_t> read_voxels(const io::Section& fluid, const fluid::Spe
 
 }  // namespace
 
-std::array<std::int64_t, 3> read_box(const io::Section& fluid) {
+std::array<std::int64_t, 3> read_box(const io::Table& fluid) {
   const std::vector<std::int64_t> nodes = fluid.integers("nodes");
   if (nodes.size() != 3) {
     fluid.fail("nodes", fmt::format("'nodes' has {} numbers", nodes.size()),
                "the box has nodes along x, y and z", "Write for example nodes = [32, 32, 32]");
   }
   for (const std::int64_t n : nodes) {
-    if (n < 1 || n > most_fluid_nodes) {
+    if (n < 1 || n > max_fluid_nodes) {
       fluid.fail("nodes", fmt::format("'nodes' holds {}", n),
-                 fmt::format("an axis has 1 to {} nodes", most_fluid_nodes), "Choose a number in that range");
+                 fmt::format("an axis has 1 to {} nodes", max_fluid_nodes), "Choose a number in that range");
     }
   }
   return {nodes[0], nodes[1], nodes[2]};
 }
 
-fluid::Shape read_obstacle(const io::Section& fluid) {
-  const io::Section table = fluid.table("obstacle");
+fluid::Shape read_obstacle(const io::Table& fluid) {
+  const io::Table table = fluid.table("obstacle");
   const std::string shape = table.choice("shape", {"sphere", "cylinder"});
   const Vec3 centre = read_vector(table, "centre");
   const double radius = table.number("radius");
@@ -195,62 +195,58 @@ fluid::Shape read_obstacle(const io::Section& fluid) {
     table.fail("radius", fmt::format("'radius' is {}", radius), "it must be positive",
                "Give for example 4.0");
   }
-  if (centre.cwiseAbs().maxCoeff() > static_cast<double>(most_fluid_nodes)) {
+  if (centre.cwiseAbs().maxCoeff() > static_cast<double>(max_fluid_nodes)) {
     table.fail("centre", "the centre lies beyond any box",
-               fmt::format("an axis has at most {} nodes", most_fluid_nodes), "Give a place in the box");
+               fmt::format("an axis has at most {} nodes", max_fluid_nodes), "Give a place in the box");
   }
   if (shape == "sphere") return fluid::Sphere{centre, radius};
   const std::string axis = table.choice("axis", {"x", "y", "z"});
   return fluid::Cylinder{centre, radius, static_cast<std::size_t>(axis[0] - 'x')};
 }
 
-fluid::Spec read_fluid(const io::Section& top, Varied varied) {
-  const io::Section table = top.table("fluid");
+fluid::Spec read_fluid(const io::Table& top, Varied varied) {
+  const io::Table table = top.table("fluid");
   fluid::Spec spec{.grid = {{1, 1, 1}}, .relaxation_time = 1.0};
   if (varied == Varied::Nothing) spec.grid.size = read_box(table);
   if (varied != Varied::NodesAndRelaxationTime) spec.relaxation_time = read_relaxation_time(table);
-  if (table.has("storage") && table.choice("storage", {"double", "float"}) == "float") {
-    spec.storage = fluid::Storage::Float;
+  if (table.has("storage")) {
+    spec.storage = row_named(fluid::storages, table.choice("storage", names_of(fluid::storages))).value;
   }
   if (table.has("body_force")) spec.body_force = read_vector(table, "body_force");
-  if (table.has("force_scheme") && table.choice("force_scheme", {"first-order", "guo"}) == "guo") {
-    spec.scheme = fluid::Scheme::Guo;
+  if (table.has("force_scheme")) {
+    spec.scheme = row_named(fluid::schemes, table.choice("force_scheme", names_of(fluid::schemes))).value;
   }
   for (std::size_t axis = 0; axis < 3; ++axis) spec.walls[axis] = read_walls(table, axis);
   if (varied == Varied::Nothing && table.has("obstacle")) spec.obstacle = read_voxels(table, spec);
   return spec;
 }
 
-observe::Watch read_watch(const io::Section& top) {
-  observe::Watch watch;
-  if (!top.has("watch")) return watch;
-  const io::Section table = top.table("watch");
-  if (table.has("every")) watch.every = table.integer("every", 1, 1'000'000'000);
-  watch.mach_limit = table.number("mach_limit", watch.mach_limit);
-  if (!(watch.mach_limit > 0.0)) {
-    table.fail("mach_limit", fmt::format("'mach_limit' is {}", watch.mach_limit), "nothing may move then",
+observe::MonitorSpec read_monitor(const io::Table& top) {
+  observe::MonitorSpec monitor;
+  if (!top.has("monitor")) return monitor;
+  const io::Table table = top.table("monitor");
+  if (table.has("every")) monitor.every = table.integer("every", 1, 1'000'000'000);
+  monitor.mach_limit = table.number("mach_limit", monitor.mach_limit);
+  if (!(monitor.mach_limit > 0.0)) {
+    table.fail("mach_limit", fmt::format("'mach_limit' is {}", monitor.mach_limit), "nothing may move then",
                "Give for example 0.3");
   }
-  return watch;
+  return monitor;
 }
 
-constexpr std::int64_t most_listed_node = 2'000'000'000;
+constexpr std::int64_t max_listed_node = 2'000'000'000;
 
-scene::CouplingSpec read_coupling(const io::Section& top) {
+scene::CouplingSpec read_coupling(const io::Table& top) {
   scene::CouplingSpec spec;
   if (!top.has("coupling")) return spec;
-  const io::Section table = top.table("coupling");
+  const io::Table table = top.table("coupling");
   if (table.has("delta")) {
-    const std::string name = table.choice("delta", {"cosine", "cosine-ball", "3-point", "4-point"});
-    spec.delta = name == "cosine"        ? coupling::Delta::Cosine
-                 : name == "cosine-ball" ? coupling::Delta::CosineBall
-                 : name == "3-point"     ? coupling::Delta::ThreePoint
-                                         : coupling::Delta::FourPoint;
+    spec.delta = row_named(coupling::deltas, table.choice("delta", names_of(coupling::deltas))).value;
   }
   if (table.has_list("nodes")) {
     spec.coupled = scene::Coupled::Listed;
     for (const std::int64_t node : table.integers("nodes")) {
-      if (node < 0 || node > most_listed_node) {
+      if (node < 0 || node > max_listed_node) {
         table.fail("nodes", fmt::format("'nodes' lists node {}", node), "nodes are counted from 0",
                    "List the body's own nodes");
       }
@@ -267,13 +263,14 @@ scene::CouplingSpec read_coupling(const io::Section& top) {
     table.fail("marker_volume", fmt::format("'marker_volume' is {}", spec.marker_volume),
                "it lies between 1e-9 and 1e9", "1 is the paper's, one lattice cell");
   }
-  spec.live = table.flag("live", spec.live);
-  spec.force = table.flag("force", spec.force);
-  if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations", 1, 100));
+  spec.live = table.flag("subcycled", spec.live);
+  spec.force = table.flag("allow_unstable", spec.force);
+  if (table.has("forcing_iterations"))
+    spec.iterations = static_cast<int>(table.integer("forcing_iterations", 1, 100));
   return spec;
 }
 
-scene::Plan read_plan(const io::Section& top, const scene::Scene& scene) {
+scene::Plan read_plan(const io::Table& top, const scene::Scene& scene) {
   try {
     return scene::plan(scene);
   } catch (const BadParameter& bad) {

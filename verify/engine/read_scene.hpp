@@ -4,53 +4,53 @@
 #include "bond/derive.hpp"
 #include "fluid/obstacle.hpp"
 #include "io/document.hpp"
-#include "observe/watch.hpp"
+#include "observe/check.hpp"
 #include "scene/coupling_spec.hpp"
 #include "scene/plan.hpp"
 
 namespace veriflex::engine {
 
 /// [bond], or another table of the same form: `law` and that law's parameters.
-bond::AnyLaw read_law(const io::Section& top, const std::string& where = "bond");
+bond::AnyLaw read_law(const io::Table& top, const std::string& where = "bond");
 
 /// What follows from that law, with a law that has no rest length reported at its place in the case.
-bond::Derivation read_derivation(const io::Section& top, const bond::AnyLaw& law);
+bond::Derivation read_derivation(const io::Table& top, const bond::AnyLaw& law);
 
 /// [solid]: `shape` pair, chain, bar or rod with its size, and `spacing` (default: the law's rest length).
 /// [angle]: `stiffness` k_a; without that table there are no angles. The law must be defined at the spacing.
-scene::SolidSpec read_solid(const io::Section& top, const bond::AnyLaw& law, double rest_length);
+scene::SolidSpec read_solid(const io::Table& top, const bond::AnyLaw& law, double rest_length);
 
 /// The same for drivers whose theory holds for a body at rest: refuses another spacing than the rest length.
-scene::SolidSpec read_solid_at_rest(const io::Section& top, const bond::AnyLaw& law, double rest_length);
+scene::SolidSpec read_solid_at_rest(const io::Table& top, const bond::AnyLaw& law, double rest_length);
 
 /// [angle] alone: k_a, 0 when the table is absent  [M L^2 T^-2].
-double read_angle_stiffness(const io::Section& top);
+double read_angle_stiffness(const io::Table& top);
 
 /// [fluid]: `nodes`, `relaxation_time` and what else the box has. `nodes` and `relaxation_time` are left to
 /// the driver that varies them when `varied` says so: they are then 1 node and tau = 1.
 enum class Varied { Nothing, Nodes, NodesAndRelaxationTime };
-fluid::Spec read_fluid(const io::Section& top, Varied varied = Varied::Nothing);
+fluid::Spec read_fluid(const io::Table& top, Varied varied = Varied::Nothing);
 
 /// Three numbers.
-Vec3 read_vector(const io::Section& table, const std::string& key);
+Vec3 read_vector(const io::Table& table, const std::string& key);
 
 /// `relaxation_time`, more than 1/2.
-double read_relaxation_time(const io::Section& table);
+double read_relaxation_time(const io::Table& table);
 
 /// `nodes` of [fluid]: three numbers.
-std::array<std::int64_t, 3> read_box(const io::Section& fluid);
+std::array<std::int64_t, 3> read_box(const io::Table& fluid);
 
 /// [fluid.obstacle]: the shape that read_fluid cuts out of the box; for drivers that refine it.
-fluid::Shape read_obstacle(const io::Section& fluid);
+fluid::Shape read_obstacle(const io::Table& fluid);
 
-/// [watch]: when a fluid is looked after, and how fast it may become. The table may be absent.
-observe::Watch read_watch(const io::Section& top);
+/// [monitor]: when a fluid is checked, and how fast it may become. The table may be absent.
+observe::MonitorSpec read_monitor(const io::Table& top);
 
-/// [coupling]: `delta`, `nodes`, `marker_volume`, `live`, `iterations`; all have defaults, and so the table
-/// may be absent.
-scene::CouplingSpec read_coupling(const io::Section& top);
+/// [coupling]: `delta`, `nodes`, `marker_volume`, `subcycled`, `forcing_iterations`; all have defaults, and
+/// so the table may be absent.
+scene::CouplingSpec read_coupling(const io::Table& top);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.
-scene::Plan read_plan(const io::Section& top, const scene::Scene& scene);
+scene::Plan read_plan(const io::Table& top, const scene::Scene& scene);
 
 }  // namespace veriflex::engine

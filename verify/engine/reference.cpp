@@ -32,7 +32,7 @@ void check_names(const std::vector<io::CsvColumn>& columns, const fs::path& file
   }
 }
 
-std::vector<io::CsvColumn> read_data(const io::Section& data, const fs::path& folder, std::string& sha256) {
+std::vector<io::CsvColumn> read_data(const io::Table& data, const fs::path& folder, std::string& sha256) {
   const fs::path file = folder / data.text("file");
   sha256 = data.text("sha256");
   std::error_code impossible;
@@ -52,7 +52,7 @@ std::vector<io::CsvColumn> read_data(const io::Section& data, const fs::path& fo
   return columns;
 }
 
-void read_tolerance(const io::Section& tolerance, Origin& origin) {
+void read_tolerance(const io::Table& tolerance, Origin& origin) {
   origin.relative = tolerance.number("relative", origin.relative);
   origin.absolute = tolerance.number("absolute", origin.absolute);
   if (!(std::min(origin.relative, origin.absolute) >= 0.0)) {
@@ -88,7 +88,7 @@ Reference read_reference(const fs::path& path) {
   return read_reference(io::parse_document(io::read_file(path), path.string()), path);
 }
 
-Reference read_reference(const io::Section& top, const fs::path& path) {
+Reference read_reference(const io::Table& top, const fs::path& path) {
   Reference reference;
   reference.path = path;
   top.integer("schema", 1, 1);
@@ -112,7 +112,7 @@ Reference read_reference(const io::Section& top, const fs::path& path) {
              "Name a key of bibliography.bib");
   }
   if (reference.kind == "baseline") {
-    const io::Section origin = top.table("provenance");
+    const io::Table origin = top.table("provenance");
     reference.origin = {.revision = origin.text("revision"),
                         .compiler = origin.text("compiler"),
                         .machine = origin.text("machine"),
@@ -121,9 +121,9 @@ Reference read_reference(const io::Section& top, const fs::path& path) {
     if (top.has("tolerance")) read_tolerance(top.table("tolerance"), *reference.origin);
   }
   if (top.has("values")) {
-    const io::Section values = top.table("values");
+    const io::Table values = top.table("values");
     for (const std::string& name : values.keys()) {
-      const io::Section value = values.table(name);
+      const io::Table value = values.table(name);
       // A law may hold at any strain: a baseline then says inf.
       const double number = reference.origin ? value.number_or_infinity("value") : value.number("value");
       reference.values[name] = {number, value.number("uncertainty", 0.0), value.text("dimension"),

@@ -54,7 +54,7 @@ const std::vector<std::string>& target_kinds();
 Reference read_reference(const std::filesystem::path& path);
 
 /// The same of the document in `top`, which stands at `path`.
-Reference read_reference(const io::Section& top, const std::filesystem::path& path);
+Reference read_reference(const io::Table& top, const std::filesystem::path& path);
 
 /// The reference `id`: beside the case first, then in `shared`. Throws InputError at `asked_at` when in
 /// neither.

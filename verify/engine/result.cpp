@@ -68,12 +68,12 @@ class Table {
 
 void write_head(io::Hdf5Image& file, const Result& r) {
   file.attribute("/", "format", std::string("veriflex-result"));
-  file.attribute("/", "schema", std::int64_t{1});
+  file.attribute("/", "schema", std::int64_t{2});
   file.attribute("/", "id", r.c.name());
   file.attribute("/", "variant", fmt::format("{}", fmt::join(r.c.overrides, ", ")));
   for (const auto& [name, value] : {std::pair{"case_id", &r.c.id},
                                     {"title", &r.c.title},
-                                    {"asks", &r.c.asks},
+                                    {"question", &r.c.question},
                                     {"equation", &r.c.equation},
                                     {"driver", &r.c.driver},
                                     {"tier", &r.c.tier}}) {
@@ -166,14 +166,13 @@ void write_checks(io::Hdf5Image& file, const Result& r) {
                [](const Outcome& o) { return std::string(o.outside ? "outside" : "within"); });
   // A run that ended in an error has no outcomes, and no row may be without one.
   const std::vector<Check> checks = r.outcomes.empty() ? std::vector<Check>{} : r.c.checks;
-  table.column("question", checks,
-               [](const Check& c) { return std::string(c.question == Question::claim ? "claim" : "code"); });
+  table.column("kind", checks, [](const Check& c) { return to_string(c.kind); });
   table.column("statement", checks, [](const Check& c) { return c.statement; });
   table.column("tolerance_text", checks, [](const Check& c) { return c.tolerance.text; });
   table.column("reason", checks, [](const Check& c) { return c.tolerance.reason; });
   table.column("reference", checks,
                [&](const Check& c) { return c.reference ? r.c.references[*c.reference].id : std::string(); });
-  table.column("kind", checks, [](const Check& c) { return c.kind; });
+  table.column("target_kind", checks, [](const Check& c) { return c.target_kind; });
   table.column("source", checks, [](const Check& c) { return c.source; });
   table.column("claim", checks, [](const Check& c) { return fmt::format("{}", fmt::join(c.claims, " ")); });
 }
@@ -344,8 +343,8 @@ Result run_case(const Case& c, int threads) {
     }
     for (const Check& check : c.checks) result.outcomes.push_back(judge(check, c, result.seen));
     result.verdict = overall(result.outcomes);
-    const bool only_baseline =
-        std::all_of(c.checks.begin(), c.checks.end(), [](const Check& k) { return k.kind == "baseline"; });
+    const bool only_baseline = std::all_of(c.checks.begin(), c.checks.end(),
+                                           [](const Check& k) { return k.target_kind == "baseline"; });
     if (only_baseline && result.verdict == Verdict::pass) result.verdict = Verdict::measured;
   } catch (const observe::Interrupted& interrupted) {
     put_in(result.seen.records, interrupted.seen.records);

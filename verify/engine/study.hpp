@@ -28,8 +28,8 @@ struct Study {
 /// A kind of study, by the name that `driver = "..."` gives in a case.
 struct Driver {
   std::string name;
-  std::string what;                           // one line for `veriflex list`
-  Study (*read)(const io::Section& section);  // reads the driver's own tables of the case
+  std::string what;                     // one line for `veriflex list`
+  Study (*read)(const io::Table& top);  // reads the driver's own tables of the case
 };
 
 }  // namespace veriflex::engine

@@ -68,7 +68,7 @@ void check_citation(const std::string& citation, const Place& place, const std::
 void check_citations(const Case& c, const std::vector<std::string>& keys, Problems& problems) {
   for (const std::string& source : c.sources) check_citation(source, c.sources_at, keys, problems);
   for (const Check& check : c.checks) {
-    const bool published = check.kind.starts_with("published-") && !check.reference;
+    const bool published = check.target_kind.starts_with("published-") && !check.reference;
     if (published) check_citation(check.source, check.place, keys, problems);
   }
   for (const Reference& reference : c.references) {
@@ -96,7 +96,7 @@ std::vector<Case> check_cases(const std::vector<fs::path>& paths, const fs::path
   for (const fs::path& path : paths) {
     problems.attempt([&] {
       std::vector<InputError> found;
-      const io::Section top = io::parse_document(io::read_file(path), path.string());
+      const io::Table top = io::parse_document(io::read_file(path), path.string());
       cases.push_back(read_parts(top, path, readers, reference_folder, found));
       for (const InputError& error : found) problems.add(error.what());
       if (found.empty()) compare_with_baseline(cases.back(), case_folder, reference_folder);

@@ -13,8 +13,7 @@ namespace {
 
 // The largest error of a curve over the reference's points, each relative to max(|reference|, floor).
 // Every point of the reference must have been measured at exactly its x.
-double largest_curve_error(const Check& check, const Reference& reference,
-                           const observe::Observations& seen) {
+double max_curve_error(const Check& check, const Reference& reference, const observe::Observations& seen) {
   const auto column = [&](const std::string& name) -> const std::vector<double>& {
     return std::find_if(reference.columns.begin(), reference.columns.end(),
                         [&](const io::CsvColumn& c) { return c.name == name; })
@@ -49,7 +48,7 @@ double largest_curve_error(const Check& check, const Reference& reference,
 }
 
 double measure(const Check& check, const Case& c, const observe::Observations& seen) {
-  if (check.curve) return largest_curve_error(check, c.references[*check.reference], seen);
+  if (check.curve) return max_curve_error(check, c.references[*check.reference], seen);
   const observe::Metric* metric = seen.metric(check.measure);
   if (metric == nullptr)
     throw NumericalFailure(fmt::format("the run yields no '{}' for this scene", check.measure));

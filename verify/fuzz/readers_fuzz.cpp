@@ -4,12 +4,12 @@
 #include <cstdint>
 #include <string>
 
-#include "drivers/drivers.hpp"
-#include "studies/studies.hpp"
 #include "engine/case.hpp"
 #include "engine/ledger.hpp"
 #include "engine/reference.hpp"
 #include "io/csv.hpp"
+#include "measures/drivers.hpp"
+#include "studies/studies.hpp"
 
 using namespace veriflex;
 
@@ -29,8 +29,9 @@ void read(char reader, const std::string& text) {
         .shown(text.substr(0, line));
   } else {
     std::vector<InputError> problems;
-    const io::Section top = io::parse_document(text, "fuzz.toml");
-    engine::read_parts(top, "/nowhere/fuzz.toml", studies::readers(), VERIFLEX_SOURCE_DIR "/reference", problems);
+    const io::Table top = io::parse_document(text, "fuzz.toml");
+    engine::read_parts(top, "/nowhere/fuzz.toml", studies::readers(), VERIFLEX_SOURCE_DIR "/reference",
+                       problems);
     top.asked();
   }
 }

@@ -68,20 +68,20 @@ void run(const Ablation& ablation, Observations& seen, Progress& progress, engin
       table_of("ablate", fmt::format("{} with parts left out and put in", ablation.base.id), leading, rows);
   seen.records.push_back(table);
   if (ablation.workspace.shards == 1) seen.records.push_back(differences(ablation, table));
-  seen.records.push_back(cost_table("ablate", leading, rows));
+  seen.records.push_back(cost_table("ablate", ablation.timed, leading, rows));
   count_rows(rows, seen, progress);
   ablation.questions.answer(table, seen.metrics);
 }
 
-std::vector<Variant> read_variants(const io::Section& table) {
+std::vector<Variant> read_variants(const io::Table& table) {
   std::vector<Variant> variants{{"as it stands", {}}};
-  for (const io::Section& one : table.tables("variants")) {
+  for (const io::Table& one : table.tables("variants")) {
     Variant variant{one.text("name"), {}};
     if (one.has("without")) {
       for (const std::string& key : one.texts("without")) variant.settings.push_back(key + "=");
     }
     if (one.has("set")) {
-      const io::Section set = one.table("set");
+      const io::Table set = one.table("set");
       for (const std::string& key : set.keys()) variant.settings.push_back(key + "=" + set.shown_value(key));
     }
     if (variant.settings.empty()) {
@@ -105,9 +105,9 @@ std::vector<Variant> read_variants(const io::Section& table) {
 
 }  // namespace
 
-engine::Study read_ablate(const io::Section& top, const engine::Case& c, engine::Study measure,
+engine::Study read_ablate(const io::Table& top, const engine::Case& c, engine::Study measure,
                           const Workspace& workspace) {
-  const io::Section table = top.table("ablate");
+  const io::Table table = top.table("ablate");
   const Ablation ablation{.base = base_of(c),
                           .variants = read_variants(table),
                           .timed = table.flag("timed", false),

@@ -195,7 +195,7 @@ void run(const Boundary& b, Observations& seen, Progress& progress, engine::Cost
     }
   }
   seen.records.push_back(table_of("outcome_boundary_rows", "Every run of the search", leading, rows));
-  seen.records.push_back(cost_table("outcome_boundary", leading, rows));
+  seen.records.push_back(cost_table("outcome_boundary", b.timed, leading, rows));
   seen.metrics.push_back({"rows", static_cast<double>(rows.size()), "1", "runs of the case"});
   for (const Line& line : lines) {
     if (line.first_change() == 0) {
@@ -207,10 +207,10 @@ void run(const Boundary& b, Observations& seen, Progress& progress, engine::Cost
   b.questions.answer(boundary, seen.metrics);
 }
 
-Criterion read_criterion(const io::Section& table, const std::vector<std::string>& measured) {
+Criterion read_criterion(const io::Table& table, const std::vector<std::string>& measured) {
   Criterion criterion;
   if (!table.has("criterion")) return criterion;
-  const io::Section t = table.table("criterion");
+  const io::Table t = table.table("criterion");
   criterion.metric = t.choice("metric", measured);
   criterion.at_most = t.number("at_most");
   return criterion;
@@ -218,9 +218,9 @@ Criterion read_criterion(const io::Section& table, const std::vector<std::string
 
 }  // namespace
 
-engine::Study read_boundary(const io::Section& top, const engine::Case& c, engine::Study measure,
+engine::Study read_boundary(const io::Table& top, const engine::Case& c, engine::Study measure,
                             const Workspace& workspace) {
-  const io::Section table = top.table("boundary");
+  const io::Table table = top.table("boundary");
   Boundary b{
       .base = base_of(c),
       .key = table.text("key"),

@@ -21,14 +21,14 @@ std::optional<double> number_in(const std::string& text) {
   }
 }
 
-std::vector<std::vector<std::string>> read_values(const io::Section& axis, std::size_t keys) {
+std::vector<std::vector<std::string>> read_values(const io::Table& axis, std::size_t keys) {
   std::vector<std::vector<std::string>> values;
   for (const std::string& text : axis.shown_values("values")) {
     if (keys == 1) {
       values.push_back({text});
       continue;
     }
-    const io::Section one = io::parse_document("value = " + text, "");
+    const io::Table one = io::parse_document("value = " + text, "");
     std::vector<std::string> parts;
     if (one.has_list("value")) parts = one.shown_values("value");
     if (parts.size() != keys) {
@@ -41,7 +41,7 @@ std::vector<std::vector<std::string>> read_values(const io::Section& axis, std::
   return values;
 }
 
-Axis read_axis(const io::Section& table) {
+Axis read_axis(const io::Table& table) {
   Axis axis;
   axis.keys = table.has("keys") ? table.texts("keys") : std::vector{table.text("key")};
   if (axis.keys.empty()) table.fail("keys", "'keys' is empty", "an axis changes at least one", "Name one");
@@ -65,10 +65,10 @@ Axis read_axis(const io::Section& table) {
 
 }  // namespace
 
-std::vector<Axis> read_axes(const io::Section& study, const std::string& key) {
+std::vector<Axis> read_axes(const io::Table& study, const std::string& key) {
   std::vector<Axis> axes;
   std::size_t rows = 1;
-  for (const io::Section& table : study.tables(key)) {
+  for (const io::Table& table : study.tables(key)) {
     axes.push_back(read_axis(table));
     rows *= axes.back().size();
     for (std::size_t i = 0; i + 1 < axes.size(); ++i) {

@@ -21,7 +21,7 @@ struct Axis {
 
 /// `axes` of a study's table: entries with `key` (or `keys`) and `values`. Throws InputError: no value, a
 /// value or key that stands there twice, more than 100,000 rows.
-std::vector<Axis> read_axes(const io::Section& study, const std::string& key = "axes");
+std::vector<Axis> read_axes(const io::Table& study, const std::string& key = "axes");
 
 /// One combination of values: where each axis stands. The last axis runs fastest.
 using Cell = std::vector<std::size_t>;

@@ -27,7 +27,7 @@ using Rows = std::vector<std::size_t>;
 
 bool holds(const Column& column, std::size_t row, const std::string& value) {
   if (!column.texts.empty()) return column.texts[row] == value;
-  const io::Section given = io::parse_document("value = " + value, "");
+  const io::Table given = io::parse_document("value = " + value, "");
   return column.values[row] == given.number("value");
 }
 
@@ -147,7 +147,7 @@ observe::Metric number(const Asked& asked, const Record& table) {
   return {asked.name(), value_of(asked, table), pure ? "1" : metric->dimension, metric->meaning};
 }
 
-void check_asked(const Asked& asked, const Record& empty_table, const io::Section& check) {
+void check_asked(const Asked& asked, const Record& empty_table, const io::Table& check) {
   std::vector<std::string> names;
   for (const Column& column : empty_table.columns) names.push_back(column.name);
   const auto need = [&](const std::string& key, const std::string& name) {

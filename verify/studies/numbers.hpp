@@ -22,6 +22,6 @@ observe::Metric number(const engine::Asked& asked, const observe::Record& table)
 
 /// Refuses what no run could give: a column that the table will not have, an axis without numbers, values
 /// that no row has. Throws InputError at the check.
-void check_asked(const engine::Asked& asked, const observe::Record& empty_table, const io::Section& check);
+void check_asked(const engine::Asked& asked, const observe::Record& empty_table, const io::Table& check);
 
 }  // namespace veriflex::studies

@@ -5,7 +5,7 @@
 #include <fmt/ranges.h>
 #include <poll.h>
 #include <spawn.h>
-#include <sys/pidfd.h>
+#include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -108,7 +108,8 @@ class Child {
     posix_spawn_file_actions_addopen(&silent, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
     const int failed = posix_spawn(&pid_, words[0].c_str(), &silent, nullptr, arguments.data(), environ);
     posix_spawn_file_actions_destroy(&silent);
-    if (failed == 0) handle_ = pidfd_open(pid_, 0);
+    if (failed == 0)
+      handle_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));  // glibc 2.36 declares it for C alone
     if (failed != 0 || handle_ < 0) {
       throw OutputError(words[0],
                         fmt::format("cannot be run as a row of a study ({})", std::strerror(failed)),

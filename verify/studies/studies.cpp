@@ -2,7 +2,7 @@
 
 #include <fmt/format.h>
 
-#include "drivers/drivers.hpp"
+#include "measures/drivers.hpp"
 #include "studies/ablate.hpp"
 #include "studies/boundary.hpp"
 #include "studies/sweep.hpp"
@@ -11,7 +11,7 @@ namespace veriflex::studies {
 
 namespace {
 
-using Read = engine::Study (*)(const io::Section&, const engine::Case&, engine::Study, const Workspace&);
+using Read = engine::Study (*)(const io::Table&, const engine::Case&, engine::Study, const Workspace&);
 struct Kind {
   std::string table;
   Read read;
@@ -35,8 +35,8 @@ const std::vector<std::string>& tables() {
 }
 
 engine::Readers readers(const Workspace& workspace) {
-  return {.drivers = drivers::all(),
-          .study = [workspace](const io::Section& top, const engine::Case& c, engine::Study measure) {
+  return {.drivers = measures::all(),
+          .study = [workspace](const io::Table& top, const engine::Case& c, engine::Study measure) {
             const Kind* found = nullptr;
             for (const Kind& kind : kinds()) {
               if (!top.has(kind.table)) continue;
@@ -51,9 +51,9 @@ engine::Readers readers(const Workspace& workspace) {
 }
 
 engine::Readers readers_of_row() {
-  return {.drivers = drivers::all(),
+  return {.drivers = measures::all(),
           .study =
-              [](const io::Section& top, const engine::Case&, engine::Study measure) {
+              [](const io::Table& top, const engine::Case&, engine::Study measure) {
                 for (const std::string& name : tables()) {
                   if (top.has(name)) top.table(name).abandon();
                 }

@@ -94,16 +94,16 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
     seen.records.push_back(orders_along(a, sweep.axes, table, leading.size() + 1,
                                         static_cast<std::size_t>(work - table.columns.begin())));
   }
-  seen.records.push_back(cost_table("sweep", leading, rows));
+  seen.records.push_back(cost_table("sweep", sweep.timed, leading, rows));
   count_rows(rows, seen, progress);
   sweep.questions.answer(table, seen.metrics);
 }
 
 }  // namespace
 
-engine::Study read_sweep(const io::Section& top, const engine::Case& c, engine::Study measure,
+engine::Study read_sweep(const io::Table& top, const engine::Case& c, engine::Study measure,
                          const Workspace& workspace) {
-  const io::Section table = top.table("sweep");
+  const io::Table table = top.table("sweep");
   const std::vector<Axis> axes = read_axes(table);
   if (axes.empty()) {
     table.fail("axes", "there are none", "a sweep changes at least one key",

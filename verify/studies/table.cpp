@@ -71,8 +71,11 @@ Record table_of(std::string name, std::string title, std::vector<Column> leading
   return table;
 }
 
-Record cost_table(const std::string& name, std::vector<Column> leading, const std::vector<Row>& rows) {
-  Record table{name + "_cost", "What each row cost", std::move(leading)};
+Record cost_table(const std::string& name, bool timed, std::vector<Column> leading,
+                  const std::vector<Row>& rows) {
+  Record table{name + "_cost",
+               fmt::format("What each row cost; rows ran {}", timed ? "one after another" : "side by side"),
+               std::move(leading)};
   Column wall{"wall_seconds", "", "s", "of the run, without the start of its program", {}};
   Column cpu{"cpu_seconds", "", "s", "of all threads", {}};
   Column memory{"peak_memory_bytes", "", "byte", "largest memory of the program", {}};
@@ -94,14 +97,14 @@ void Questions::answer(const Record& table, std::vector<Metric>& metrics) const 
   }
 }
 
-Questions read_questions(const io::Section& top, const std::string& name, const std::vector<Column>& leading,
+Questions read_questions(const io::Table& top, const std::string& name, const std::vector<Column>& leading,
                          const std::vector<std::string>& measured_by_a_run) {
   Record table{name, "", leading};
   for (const std::string& measure : measured_by_a_run) table.columns.push_back({measure, "", "1", "", {}});
   for (const WorkColumn& work : work_columns) table.columns.push_back({work.name, "", "1", "", {}});
   Questions questions;
   for (const Column& column : table.columns) questions.measures.push_back(name + "." + column.name);
-  for (const io::Section& check : top.tables("check")) {
+  for (const io::Table& check : top.tables("check")) {
     if (!check.has("metric")) continue;
     questions.asked.push_back(engine::read_asked(check));
     check_asked(questions.asked.back(), table, check);

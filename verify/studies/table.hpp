@@ -14,7 +14,7 @@ observe::Record table_of(std::string name, std::string title, std::vector<observ
 
 /// Record `<name>_cost`: wall and processor time and memory of each row. Times never enter a check, so they
 /// stand in a table of their own.
-observe::Record cost_table(const std::string& name, std::vector<observe::Column> leading,
+observe::Record cost_table(const std::string& name, bool timed, std::vector<observe::Column> leading,
                            const std::vector<Row>& rows);
 
 /// What the checks of a case ask of its study.
@@ -28,7 +28,7 @@ struct Questions {
 
 /// Of all `[[check]]` of the case. `leading` are the columns that the study's table has before what one run
 /// measures. Throws InputError at a check that asks for what the table cannot have.
-Questions read_questions(const io::Section& top, const std::string& name,
+Questions read_questions(const io::Table& top, const std::string& name,
                          const std::vector<observe::Column>& leading,
                          const std::vector<std::string>& measured_by_a_run);
 

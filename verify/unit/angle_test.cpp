@@ -203,19 +203,19 @@ TEST_CASE("The vectorised loop reports an angle without a gradient wherever it s
   }
 }
 
-TEST_CASE("Every angle is arranged once: the fans of a lattice are its nodes, as few shapes as it has") {
+TEST_CASE("Every angle is arranged once: the stars of a lattice are its nodes, as few shapes as it has") {
   Network rod = rod_lattice({2.5, 51, 1.0});
   add_angles(rod);
-  const AngleFans fans = arrange(rod.angles, rod.bonds.size());
-  CHECK(fans.angle_count == rod.angles.size());
-  CHECK(fans.groups.size() == 4);  // three, four, five and six arms
+  const AngleStars stars = arrange(rod.angles, rod.bonds.size());
+  CHECK(stars.angle_count == rod.angles.size());
+  CHECK(stars.groups.size() == 4);  // three, four, five and six arms
   std::size_t nodes = 0;
-  for (const AngleFans::Group& group : fans.groups) nodes += group.fans;
+  for (const AngleStars::Group& group : stars.groups) nodes += group.stars;
   CHECK(nodes == 1071);
 }
 
 TEST_CASE("Forces do not depend on the order of the angles, however many meet at a node") {
-  // A star of twelve bonds with all its 66 angles, every third of them straight: more arms than a fan has.
+  // A star of twelve bonds with all its 66 angles, every third of them straight: more arms than a star has.
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(-1.0, 1.0);
   Positions d(12, 3);
@@ -237,10 +237,10 @@ TEST_CASE("Forces do not depend on the order of the angles, however many meet at
   }
   for (int order = 0; order < 5; ++order) {
     std::shuffle(angles.begin(), angles.end(), random);
-    const AngleFans fans = arrange(angles, 12);
-    CHECK(fans.angle_count == angles.size());
+    const AngleStars stars = arrange(angles, 12);
+    CHECK(stars.angle_count == angles.size());
     Positions fast = Positions::Zero(12, 3);
-    REQUIRE(add_angle_gradients(fans, d.data(), 12, 1.0, fast.data()));
+    REQUIRE(add_angle_gradients(stars, d.data(), 12, 1.0, fast.data()));
     CHECK((fast - plain).cwiseAbs().maxCoeff() < 1e-14 * plain.cwiseAbs().maxCoeff());
   }
 }

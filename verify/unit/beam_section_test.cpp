@@ -1,9 +1,9 @@
-#include "drivers/beam_section.hpp"
+#include "measures/solid/beam_section.hpp"
 
 #include "catch.hpp"
 
 using namespace veriflex;
-using namespace veriflex::drivers;
+using namespace veriflex::measures;
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include "base/error.hpp"
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
-#include "drivers/filament_compare.hpp"
+#include "measures/filament/filament_compare.hpp"
 #include "scene/simulation.hpp"
 #include "unit/command.hpp"
 
@@ -171,25 +171,25 @@ TEST_CASE("A marker whose support contains a solid node is refused, and one besi
 }
 
 TEST_CASE("Swimming and the change from period to period are measured over the last period") {
-  drivers::StrokeResult seen;
-  for (int k = 0; k < 3 * drivers::phases_per_period; ++k) {
+  measures::StrokeResult seen;
+  for (int k = 0; k < 3 * measures::phases_per_period; ++k) {
     seen.centre.push_back({0.0, k < 16 ? 100.0 : 0.25 * (k - 15), 0.0});
     seen.lines.push_back(Positions::Constant(3, 3, k < 8 ? 50.0 : k < 16 ? 0.0 : 0.5));
     seen.lines.back().col(1).setConstant(seen.centre.back()[1]);
   }
   seen.centre[15][1] = 0.75;
   seen.lines[15].col(1).setConstant(0.75);
-  CHECK(drivers::swum(seen) == Approx(0.25 * 8 - 0.75));
-  CHECK(drivers::change_over_last_period(seen, 2.0) == Approx(0.5 * std::sqrt(2.0) / 2.0));
+  CHECK(measures::swum(seen) == Approx(0.25 * 8 - 0.75));
+  CHECK(measures::change_over_last_period(seen, 2.0) == Approx(0.5 * std::sqrt(2.0) / 2.0));
 }
 
 namespace {
 
 /// A small driven filament.
-const std::string stroke = R"(schema = 1
+const std::string stroke = R"(schema = 2
 id = "stroke"
 title = "A short filament"
-asks = "How far are the two laws apart?"
+question = "How far are the two laws apart?"
 equation = "max |dz|/z0"
 sources = []
 tier = "quick"
@@ -204,11 +204,11 @@ coupling = { marker_volume = 1.0 }
 filament = { node_mass = 1.0, substeps = 2, amplitude = 0.5, reynolds = 1.0, periods = 1 }
 
 [[check]]
-question = "code"
+kind = "verification"
 statement = "any number"
 metric = "deviation_z_max"
 target = 0.0
-kind = "analytic"
+target_kind = "analytic"
 source = "any"
 tolerance = { absolute = 1.0, reason = "only a number is wanted" }
 )";
@@ -286,7 +286,7 @@ TEST_CASE("Immersed bodies that have no room or no end are refused") {
       {"immersed-plate", "immersed.iterations=[1, 2, 2]", "holds 2 twice"},
       {"immersed-plate", "immersed.period=1000000000", "'period' is 1000000000"},
       {"immersed-rod", "fluid.relaxation_time=1e6", "the Stokes layer is"},
-      {"filament-companions-small", "variant.1.name=FIRST", "is no name"},
+      {"filament-sensitivity-small", "variant.1.name=FIRST", "is no name"},
       {"crossflow-harmonic", "fluid.nodes=[40, 20, 40]", "the rod overlaps its own image along y"},
       {"coupling-stability", "coupling_stability.point.0.stiffness=1e308", "it lies between"},
   };

@@ -9,13 +9,13 @@ using namespace veriflex::bond;
 
 namespace {
 
-AnyLaw fene_lj(double depth, double diameter, std::optional<double> attraction = {},
-               std::optional<double> reach = {}, std::optional<double> cutoff = {}) {
+AnyLaw fene_lj(double epsilon, double sigma, std::optional<double> fene_k = {},
+               std::optional<double> r_max = {}, std::optional<double> cutoff = {}) {
   return make_law("fene-lj", [=](const std::string& name) -> std::optional<double> {
-    if (name == "depth") return depth;
-    if (name == "diameter") return diameter;
-    if (name == "attraction") return attraction;
-    if (name == "reach") return reach;
+    if (name == "epsilon") return epsilon;
+    if (name == "sigma") return sigma;
+    if (name == "fene_k") return fene_k;
+    if (name == "r_max") return r_max;
     return cutoff;
   });
 }
@@ -80,8 +80,8 @@ TEST_CASE("The rest state of the paper's bond has the exact values") {
   CHECK(d.stiffness == Approx(981.255051955136331316).epsilon(1e-14));
   CHECK(d.force_per_strain == Approx(942.885230888308949149).epsilon(1e-14));
   CHECK(d.young_modulus == Approx(1021.186296534041763399).epsilon(1e-14));
-  CHECK(*d.stiffness_over_attraction == Approx(32.7085).epsilon(1e-6));
-  CHECK(*d.strain_at_reach == Approx(0.561041).epsilon(1e-6));
+  CHECK(*d.stiffness_over_fene_k == Approx(32.7085).epsilon(1e-6));
+  CHECK(*d.strain_at_r_max == Approx(0.561041).epsilon(1e-6));
   REQUIRE(d.kinks.size() == 1);
   CHECK(std::abs(d.kinks[0].tension_jump) < 1e-12);
   CHECK(d.kinks[0].tangent_below == Approx(0.30455).epsilon(1e-4));
@@ -110,8 +110,8 @@ TEST_CASE("Scaling eta and sigma by powers of two changes no dimensionless resul
       CHECK(same_bits(d.rest_length / sigma, unit.rest_length));
       CHECK(same_bits(d.stiffness * sigma * sigma / eta, unit.stiffness));
       CHECK(same_bits(d.young_modulus * sigma * sigma * sigma / eta, unit.young_modulus));
-      CHECK(same_bits(*d.stiffness_over_attraction, *unit.stiffness_over_attraction));
-      CHECK(same_bits(*d.strain_at_reach, *unit.strain_at_reach));
+      CHECK(same_bits(*d.stiffness_over_fene_k, *unit.stiffness_over_fene_k));
+      CHECK(same_bits(*d.strain_at_r_max, *unit.strain_at_r_max));
       CHECK(same_bits(d.min_tangent_ratio, unit.min_tangent_ratio));
       CHECK(same_bits(d.min_tangent_strain, unit.min_tangent_strain));
       for (std::size_t i = 0; i < d.validity.size(); ++i) {
@@ -152,8 +152,8 @@ TEST_CASE("Calibration inverts derivation for every law") {
 
 TEST_CASE("The paper's filament, calibrated: sigma, eta and k_a for E = 0.26, nu = 0.3 at spacing 1") {
   const Calibration c = calibrate(fene_lj(1.0, 1.0), 0.26, 1.0, 0.3);
-  CHECK(std::get<FeneLj>(c.law).diameter == Approx(1.040694052478347).epsilon(1e-14));
-  CHECK(std::get<FeneLj>(c.law).depth == Approx(2.86970720062559e-4).epsilon(1e-13));
+  CHECK(std::get<FeneLj>(c.law).sigma == Approx(1.040694052478347).epsilon(1e-14));
+  CHECK(std::get<FeneLj>(c.law).epsilon == Approx(2.86970720062559e-4).epsilon(1e-13));
   CHECK(c.angle_stiffness == Approx(0.025).epsilon(1e-15));
 }
 
@@ -218,8 +218,8 @@ TEST_CASE("A harmonic bond is linear without limit, its lower end a bond of no l
   const Derivation d = derive(Harmonic{0.26, 1.0});
   CHECK(d.rest_length == 1.0);
   CHECK(d.young_modulus == 0.26);
-  CHECK_FALSE(d.strain_at_reach.has_value());
-  CHECK_FALSE(d.stiffness_over_attraction.has_value());
+  CHECK_FALSE(d.strain_at_r_max.has_value());
+  CHECK_FALSE(d.stiffness_over_fene_k.has_value());
   CHECK(d.validity[0].secant.lo == -1.0);
   CHECK(std::isinf(d.validity[0].secant.hi));
 }
@@ -250,10 +250,10 @@ TEST_CASE("Laws without sense are refused by the name of the parameter") {
     }
     return "";
   };
-  CHECK(parameter_of([] { return fene_lj(-1.0, 1.0); }) == "depth");
-  CHECK(parameter_of([] { return fene_lj(1.0, 0.0); }) == "diameter");
-  CHECK(parameter_of([] { return fene_lj(1.0, 1.0, std::nan("")); }) == "attraction");
-  CHECK(parameter_of([] { return fene_lj(1.0, 1.0, 30.0, infinity); }) == "reach");
+  CHECK(parameter_of([] { return fene_lj(-1.0, 1.0); }) == "epsilon");
+  CHECK(parameter_of([] { return fene_lj(1.0, 0.0); }) == "sigma");
+  CHECK(parameter_of([] { return fene_lj(1.0, 1.0, std::nan("")); }) == "fene_k");
+  CHECK(parameter_of([] { return fene_lj(1.0, 1.0, 30.0, infinity); }) == "r_max");
   CHECK(parameter_of([] { return fene_lj(1.0, 1.0, 30.0, 1.5, 0.5); }) == "cutoff");
   CHECK(parameter_of([] { return make_law("fene", [](const std::string&) { return 1.0; }); }) == "law");
   CHECK(parameter_of([] { return make_law("harmonic", [](const std::string&) { return std::nullopt; }); }) ==

@@ -5,9 +5,9 @@
 #include <numbers>
 
 #include "catch.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/case.hpp"
 #include "io/document.hpp"
+#include "measures/drivers.hpp"
 
 using namespace veriflex;
 
@@ -18,7 +18,7 @@ const std::string angles = "[angle]\nstiffness = 0.025\n";
 const std::string chain = "[solid]\nshape = \"chain\"\nnodes = 9\n";
 const std::string wide = "[solid]\nshape = \"bar\"\nnodes = [3, 1, 9]\n";
 
-using Read = engine::Study (*)(const io::Section&);
+using Read = engine::Study (*)(const io::Table&);
 
 void refuses(Read read, const std::string& text, const std::string& message) {
   CHECK_THROWS_WITH(read(io::parse_document(text, "bad.toml")), ContainsSubstring(message));
@@ -49,29 +49,30 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 
 TEST_CASE("The drivers of beams, bars and motion refuse what they cannot answer, and say what to do") {
   const std::string elastica = "[elastica]\nclamped = 2\nlengths = [10, 20]\n";
-  refuses(drivers::read_elastica, harmonic + chain + elastica + "loads = [1]", "Add [angle] stiffness");
-  refuses(drivers::read_elastica, harmonic + angles + chain + elastica + "loads = [2, 1]",
+  refuses(measures::read_elastica, harmonic + chain + elastica + "loads = [1]", "Add [angle] stiffness");
+  refuses(measures::read_elastica, harmonic + angles + chain + elastica + "loads = [2, 1]",
           "loads do not rise");
-  refuses(drivers::read_elastica, harmonic + angles + chain + elastica + "loads = [1000]",
+  refuses(measures::read_elastica, harmonic + angles + chain + elastica + "loads = [1000]",
           "between 0 and 100");
-  refuses(drivers::read_elastica,
+  refuses(measures::read_elastica,
           harmonic + angles + chain + "[elastica]\nclamped = 1\nlengths = [10, 20]\nloads = [1]", "Use 2");
-  refuses(drivers::read_buckling, harmonic + angles + chain + "[buckling]\nlengths = [8, 15]", "even");
-  refuses(drivers::read_torsion,
+  refuses(measures::read_buckling, harmonic + angles + chain + "[buckling]\nlengths = [8, 15]", "even");
+  refuses(measures::read_torsion,
           harmonic + angles + "[torsion]\nslenderness = 4\nsides = [3]\nsections = [8, 16]", "'sides'");
-  refuses(drivers::read_shear, harmonic + angles + wide + "[shear]\nwidths = [8]", "rising");
+  refuses(measures::read_shear, harmonic + angles + wide + "[shear]\nwidths = [8]", "rising");
   const std::string waves = "[waves]\npolarisation = \"transverse\"\namplitude = 1e-6\nperiods = 2\n";
-  refuses(drivers::read_waves, harmonic + chain + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
+  refuses(measures::read_dispersion, harmonic + chain + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
           "Add [angle]");
-  refuses(drivers::read_waves, harmonic + angles + wide + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
+  refuses(measures::read_dispersion,
+          harmonic + angles + wide + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
           "more than two nodes across");
-  refuses(drivers::read_waves, harmonic + angles + chain + waves + "modes = [1, 8]\nstep_over_limit = 0.5",
-          "free sections");
-  refuses(drivers::read_waves, harmonic + angles + chain + waves + "modes = [1, 2]\nstep_over_limit = 1.0",
-          "unstable from 1");
-  refuses(drivers::read_motion,
+  refuses(measures::read_dispersion,
+          harmonic + angles + chain + waves + "modes = [1, 8]\nstep_over_limit = 0.5", "free sections");
+  refuses(measures::read_dispersion,
+          harmonic + angles + chain + waves + "modes = [1, 2]\nstep_over_limit = 1.0", "unstable from 1");
+  refuses(measures::read_integrator,
           harmonic + chain + "[motion]\nnoise = 0\nspeed = 1\nduration = 1\nsteps = [1, 2]", "'noise' is 0");
-  refuses(drivers::read_invariance,
+  refuses(measures::read_invariance,
           harmonic + chain + "[invariance]\nnoise = 1\ntranslation = -1\ntime_step = 1\nsteps = 1",
           "'translation' is -1");
 }
@@ -81,8 +82,8 @@ TEST_CASE(
   // The study's own closed form holds for any k_a; the load is proportional to it.
   const std::string study = chain + "[buckling]\nlengths = [8, 16]";
   const auto strain = [&](const std::string& stiffness) {
-    return measured(drivers::read_buckling, harmonic + "[angle]\nstiffness = " + stiffness + "\n" + study,
-                    "largest_strain");
+    return measured(measures::read_buckling, harmonic + "[angle]\nstiffness = " + stiffness + "\n" + study,
+                    "max_strain");
   };
   // P a = 4 k_a sin^2(pi/16) with P = k e, a = 1 - e.
   const double quarter = 4.0 * std::pow(std::sin(std::numbers::pi / 16.0), 2) / 0.26;
@@ -95,22 +96,22 @@ TEST_CASE("Theories of a body at rest refuse another spacing than the rest lengt
   const std::string stretched = chain + "spacing = 1.05\n";
   const std::string message =
       "'spacing' is 1.05 (the theory is that of a body at rest, and the rest length is 1)";
-  refuses(drivers::read_beam, harmonic + angles + stretched + "[beam]\nlengths = [10, 20]\nclamped = 2",
+  refuses(measures::read_beam, harmonic + angles + stretched + "[beam]\nlengths = [10, 20]\nclamped = 2",
           message);
-  refuses(drivers::read_buckling, harmonic + angles + stretched + "[buckling]\nlengths = [8, 16]", message);
-  refuses(drivers::read_elastica,
+  refuses(measures::read_buckling, harmonic + angles + stretched + "[buckling]\nlengths = [8, 16]", message);
+  refuses(measures::read_elastica,
           harmonic + angles + stretched + "[elastica]\nclamped = 2\nlengths = [10, 20]\nloads = [1]",
           message);
-  refuses(drivers::read_shear, harmonic + angles + wide + "spacing = 1.05\n[shear]\nwidths = [3, 6]",
+  refuses(measures::read_shear, harmonic + angles + wide + "spacing = 1.05\n[shear]\nwidths = [3, 6]",
           message);
-  refuses(drivers::read_motion,
+  refuses(measures::read_integrator,
           harmonic + stretched + "[motion]\nnoise = 0.01\nspeed = 0.01\nduration = 1\nsteps = [1, 2]",
           message);
-  refuses(drivers::read_oscillation,
+  refuses(measures::read_oscillation,
           harmonic + "[solid]\nshape = \"pair\"\nspacing = 1.05\n" +
               "[oscillation]\nstrain = 0.1\nperiods = 3\nsteps_per_period = [100, 200]",
           message);
-  refuses(drivers::read_stability,
+  refuses(measures::read_stability,
           harmonic + stretched +
               "[stability]\namplitudes = [0.1]\nseeds = 1\nsteps = 10\ngrowth = 5\nresolution = 0.01",
           "a free body would swing by itself");
@@ -122,21 +123,22 @@ TEST_CASE("A stretched chain waves like a string: omega^2 = 4 s^2 (4 k_a s^2 + T
       law + "[angle]\nstiffness = 1.0\n[solid]\nshape = \"chain\"\nnodes = 21\nspacing = 1.01\n" +
       "[waves]\npolarisation = \"transverse\"\nmodes = [1, 2]\namplitude = 1e-6\nstep_over_limit = "
       "0.3\nperiods = 3\n";
-  CHECK(seen_by(drivers::read_waves, study).record("standing_waves")->find("omega_lattice")->values[0] ==
-        Approx(0.158031).margin(1e-6));
-  CHECK(measured(drivers::read_waves, study, "frequency_error") < 1e-5);
+  CHECK(
+      seen_by(measures::read_dispersion, study).record("standing_waves")->find("omega_lattice")->values[0] ==
+      Approx(0.158031).margin(1e-6));
+  CHECK(measured(measures::read_dispersion, study, "frequency_error") < 1e-5);
   // Compressed beyond what its angles hold, it gives way instead.
-  CHECK_THROWS_WITH(measured(drivers::read_waves, replaced(study, "1.01", "0.95"), "frequency_error"),
+  CHECK_THROWS_WITH(measured(measures::read_dispersion, replaced(study, "1.01", "0.95"), "frequency_error"),
                     ContainsSubstring("mode 1 does not swing"));
 }
 
 TEST_CASE("A time step beyond the linear limit is refused by its name") {
   const std::string study =
       harmonic + chain + "[motion]\nnoise = 0.01\nspeed = 0.01\nduration = 2000\nsteps = [400, 800]";
-  CHECK_THROWS_WITH(measured(drivers::read_motion, study, "energy_error"),
+  CHECK_THROWS_WITH(measured(measures::read_integrator, study, "energy_error"),
                     ContainsSubstring("leap-frog is unstable: the time step 5 is"));
   CHECK_THROWS_WITH(
-      measured(drivers::read_invariance,
+      measured(measures::read_invariance,
                harmonic + chain + "[invariance]\nnoise = 0.01\ntranslation = 1\ntime_step = 5\nsteps = 10",
                "scaling_error"),
       ContainsSubstring("leap-frog is unstable"));
@@ -150,7 +152,7 @@ std::string pair_of(const std::string& bond, double strain) {
 }
 
 double over_harmonic(const std::string& bond, double strain) {
-  return measured(drivers::read_oscillation, pair_of(bond, strain), "period_over_harmonic");
+  return measured(measures::read_oscillation, pair_of(bond, strain), "period_over_harmonic");
 }
 
 }  // namespace
@@ -170,18 +172,18 @@ TEST_CASE("The exact period of a pair keeps its digits at any strain, across kin
 }
 
 TEST_CASE("A pair that does not come back has no period") {
-  refuses(drivers::read_oscillation, pair_of(harmonic, 1.0),
+  refuses(measures::read_oscillation, pair_of(harmonic, 1.0),
           "a pair let go at a strain of 1 does not come back");
   refuses(
-      drivers::read_oscillation,
+      measures::read_oscillation,
       pair_of("[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 100.0\nrest_length = 1.0\nextension = 2.0\n",
               1.0),
       "does not come back");
   CHECK(over_harmonic(harmonic, 0.999) == Approx(1.0).epsilon(1e-12));
-  refuses(drivers::read_oscillation,
+  refuses(measures::read_oscillation,
           harmonic + chain + "[oscillation]\nstrain = 0.35\nperiods = 3\nsteps_per_period = [100, 200]",
           "the middle ones would be pressed to no length");
-  refuses(drivers::read_oscillation,
+  refuses(measures::read_oscillation,
           "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 1e-30\nrest_length = 1.0\n[solid]\nshape = \"pair\"\n"
           "[oscillation]\nstrain = 0.1\nperiods = 3\nsteps_per_period = [100, 200]\nsubsteps = [1, 2]",
           "steps are the limit");
@@ -193,15 +195,15 @@ TEST_CASE("A stiff column buckles at a large strain, or never") {
            "\n[solid]\nshape = \"chain\"\nnodes = 5\n[buckling]\nlengths = [4, 8]";
   };
   // e (1 - e) = 4 sin^2(pi/8) k_a/k.
-  CHECK(measured(drivers::read_buckling, column(harmonic, "0.108"), "largest_strain") ==
+  CHECK(measured(measures::read_buckling, column(harmonic, "0.108"), "max_strain") ==
         Approx(0.41830957272223324).epsilon(1e-9));
-  CHECK_THROWS_WITH(measured(drivers::read_buckling, column(harmonic, "0.112"), "largest_strain"),
+  CHECK_THROWS_WITH(measured(measures::read_buckling, column(harmonic, "0.112"), "max_strain"),
                     ContainsSubstring("the column of 4 spacings never buckles"));
   // That of harmonic bonds beside it may be absent.
   const auto seen =
-      seen_by(drivers::read_buckling,
+      seen_by(measures::read_buckling,
               column("[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 0.26\nrest_length = 1.0\n", "0.15"));
-  CHECK(seen.metric("largest_strain")->value == Approx(0.30519).margin(1e-5));
+  CHECK(seen.metric("max_strain")->value == Approx(0.30519).margin(1e-5));
   CHECK(seen.metric("engesser_error")->value < 1e-6);
   CHECK(seen.metric("over_harmonic") == nullptr);
   CHECK(std::isnan(seen.record("buckling")->find("over_harmonic")->values.front()));
@@ -210,7 +212,7 @@ TEST_CASE("A stiff column buckles at a large strain, or never") {
 TEST_CASE("Elastic constants are those at rest however narrow the law is") {
   const std::string narrow =
       "[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 0.26\nrest_length = 1.0\nextension = 1e-5\n";
-  CHECK(measured(drivers::read_elasticity, narrow, "c11") == Approx(0.26).epsilon(1e-4));
+  CHECK(measured(measures::read_elasticity, narrow, "c11") == Approx(0.26).epsilon(1e-4));
 }
 
 TEST_CASE("A run that ends early keeps the rows before") {
@@ -218,7 +220,7 @@ TEST_CASE("A run that ends early keeps the rows before") {
   const std::string study =
       "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n[solid]\nshape = \"chain\"\nnodes = 4\n"
       "[stability]\namplitudes = [0.01, 0.02, 2.0]\nseeds = 2\nsteps = 100\ngrowth = 5\nresolution = 0.05";
-  const engine::Study stability = drivers::read_stability(io::parse_document(study, "case.toml"));
+  const engine::Study stability = measures::read_stability(io::parse_document(study, "case.toml"));
   Progress progress("test");
   engine::Cost cost;
   observe::Observations seen;
@@ -228,21 +230,21 @@ TEST_CASE("A run that ends early keeps the rows before") {
 }
 
 TEST_CASE("Numbers without sense in the keys of these drivers are refused, not run") {
-  refuses(drivers::read_beam,
+  refuses(measures::read_beam,
           harmonic + angles + chain + "[beam]\nlengths = [9223372036854775807]\nclamped = 2", "above 100000");
-  refuses(drivers::read_beam,
+  refuses(measures::read_beam,
           harmonic + angles + chain + "[beam]\nlengths = [3]\nclamped = 1\nfrequencies = 9",
           "'frequencies' is 9");
   const std::string waves = "[waves]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\nperiods = 2\n";
-  refuses(drivers::read_waves, harmonic + chain + waves + "amplitude = 1e-308\nstep_over_limit = 0.5",
+  refuses(measures::read_dispersion, harmonic + chain + waves + "amplitude = 1e-308\nstep_over_limit = 0.5",
           "'amplitude' is 1e-308");
-  refuses(drivers::read_waves, harmonic + chain + waves + "amplitude = 1e-6\nstep_over_limit = 1e-308",
+  refuses(measures::read_dispersion, harmonic + chain + waves + "amplitude = 1e-6\nstep_over_limit = 1e-308",
           "'step_over_limit' is 1e-308");
-  refuses(drivers::read_oscillation,
+  refuses(measures::read_oscillation,
           harmonic + "[solid]\nshape = \"pair\"\n[oscillation]\nstrain = 0.1\nperiods = 3\n" +
               "steps_per_period = [100, 9223372036854775807]",
           "outside 4 to 1000000");
-  refuses(drivers::read_stability,
+  refuses(measures::read_stability,
           harmonic + chain +
               "[stability]\namplitudes = [0.1]\nseeds = 1\nsteps = 10\ngrowth = 5\nresolution = 1e308",
           "'resolution' is 1e+308");
@@ -250,5 +252,5 @@ TEST_CASE("Numbers without sense in the keys of these drivers are refused, not r
 
 TEST_CASE("A 2 x 2 bar twists with J = r0^4: four bonds at half a spacing from the axis") {
   const std::string study = "[torsion]\nslenderness = 10\nsides = [2, 3]\nsections = [2, 3]";
-  CHECK(measured(drivers::read_torsion, harmonic + angles + study, "series_error") < 1e-12);
+  CHECK(measured(measures::read_torsion, harmonic + angles + study, "series_error") < 1e-12);
 }

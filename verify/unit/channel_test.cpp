@@ -1,10 +1,10 @@
 // Exact solutions of channel flow against what defines them.
-#include "drivers/channel.hpp"
+#include "measures/fluid/channel.hpp"
+#include "analytic/channel.hpp"
 #include "catch.hpp"
-#include "engine/analytic/channel.hpp"
 
 using namespace veriflex;
-using namespace veriflex::engine;
+using namespace veriflex::analytic;
 
 TEST_CASE("The slip of half-way bounce-back vanishes at 1/2 + sqrt(3)/4 only, and is a quarter at tau = 1") {
   CHECK(std::abs(half_way_slip(0.5 + std::sqrt(3.0) / 4.0)) < 1e-15);
@@ -51,10 +51,10 @@ TEST_CASE("The series for arrays agree with the published tables, and dilute sph
 TEST_CASE("Error norms are relative to those of the exact values, and keep what is not a number") {
   const std::vector<double> exact{3.0, 4.0};
   const std::vector<double> measured{3.0, 4.5};
-  const drivers::channel::Norms norms = drivers::channel::error_norms(measured, exact);
+  const measures::channel::Norms norms = measures::channel::error_norms(measured, exact);
   CHECK(norms.l1 == Approx(0.5 / 7.0));
   CHECK(norms.l2 == Approx(0.1));
   CHECK(norms.linf == Approx(0.125));
   const std::vector<double> broken{NAN, 4.0};
-  CHECK(std::isnan(drivers::channel::error_norms(broken, exact).linf));
+  CHECK(std::isnan(measures::channel::error_norms(broken, exact).linf));
 }

@@ -85,10 +85,10 @@ inline std::string replaced(std::string text, const std::string& from, const std
 }
 
 /// A good case named "bad": each test spoils it in one way.
-inline const std::string good_case = R"(schema = 1
+inline const std::string good_case = R"(schema = 2
 id = "bad"
 title = "Bar of harmonic bonds"
-asks = "Is a bar of harmonic bonds as stiff as one bond says?"
+question = "Is a bar of harmonic bonds as stiff as one bond says?"
 equation = "E = k/r0"
 sources = ["wu-qi-2014, Eq. 13"]
 tier = "quick"
@@ -97,24 +97,24 @@ driver = "tensile"
 
 [bond]
 law = "fene-lj"
-depth = 1.0
-diameter = 1.0
+epsilon = 1.0
+sigma = 1.0
 
 [solid]
 shape = "bar"
 nodes = [2, 2, 4]
-lateral = "held"
+lateral = "fixed"
 
 [tensile]
 control = "displacement"
 strains = [-0.01, 0.01]
 
 [[check]]
-question = "code"
+kind = "verification"
 statement = "E = U''(r_eq)/r_eq"
 metric = "young_modulus"
 target = 1021.186296534041763399964
-kind = "high-precision"
+target_kind = "high-precision"
 source = "40-digit arithmetic"
 tolerance = { relative = 1e-9, reason = "differences of forces" }
 )";

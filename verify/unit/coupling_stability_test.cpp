@@ -24,8 +24,8 @@ scene::Body one_node(double k, double mass, int substeps) {
   scene::Body body{
       {bond::Harmonic{k, 1.0}, 0.0}, solid::cubic_lattice({{1, 1, 2}, 1.0}), {}, {substeps, 0.0}};
   body.conditions.node_mass = mass;
-  body.conditions.held = solid::Held::Constant(2, 3, true);
-  body.conditions.held(1, 2) = false;
+  body.conditions.fixed = solid::FixedDofs::Constant(2, 3, true);
+  body.conditions.fixed(1, 2) = false;
   return body;
 }
 
@@ -98,7 +98,7 @@ TEST_CASE("The boundary of a whole body with one step is an eigenvalue of K/4 + 
     A.col(m) = back.col(0);
   }
   const Eigen::MatrixXd resistance = (2.0 * Eigen::MatrixXd::Identity(markers, markers) - A).inverse();
-  const solid::Held free = solid::Held::Constant(nodes, 3, false);
+  const solid::FixedDofs free = solid::FixedDofs::Constant(nodes, 3, false);
   Eigen::MatrixXd matrix =
       solid::free_hessian(body.material, body.network, Positions::Zero(nodes, 3), free) / 4.0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -134,7 +134,7 @@ struct RandomScene {
   scene::CouplingSpec coupling;
 };
 
-RandomScene random_scene(std::mt19937& random, std::int64_t most_nodes) {
+RandomScene random_scene(std::mt19937& random, std::int64_t max_nodes) {
   const auto between = [&](double lo, double hi) {
     return lo + (hi - lo) * static_cast<double>(random()) / 4294967296.0;
   };
@@ -145,7 +145,7 @@ RandomScene random_scene(std::mt19937& random, std::int64_t most_nodes) {
   do {
     network = number(0, 1) == 0 ? solid::cubic_lattice({{number(1, 4), number(1, 4), number(2, 5)}, 1.0})
                                 : solid::rod_lattice({between(0.0, 1.6), number(2, 5), 1.0});
-  } while (network.node_count() < 4 || network.node_count() > most_nodes);
+  } while (network.node_count() < 4 || network.node_count() > max_nodes);
   const double angle = number(0, 3) == 0 ? 0.0 : between(0.0, 0.05);
   if (angle > 0.0) solid::add_angles(network);
   const int substeps = static_cast<int>(number(1, 4));
@@ -237,6 +237,6 @@ TEST_CASE(
           Approx(0.26 / 4.0 + 1.0 / (2.0 - one_marker)).epsilon(1e-4));
   }
   scene::Body held = one_node(0.26, 1.0, 1);
-  held.conditions.held(1, 2) = true;
+  held.conditions.fixed(1, 2) = true;
   CHECK(scene::critical_node_mass(box, held, only_that(false), 1e-6) == 0.0);
 }

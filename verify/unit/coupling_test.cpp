@@ -42,7 +42,8 @@ double weight_directly(Delta delta, const Vec3& X, const Vec3& x) {
 }  // namespace
 
 TEST_CASE("Each distinct node under the supports stands in the list once, and has the kernel's weight") {
-  for (const Delta delta : {Delta::Cosine, Delta::CosineBall, Delta::ThreePoint, Delta::FourPoint}) {
+  for (const Named<Delta>& row : deltas) {
+    const Delta delta = row.value;
     const Positions X = scattered(6, 40.0, 3);
     Transfer transfer(box, periodic, delta);
     transfer.locate(scattered(20, 5.0, 1));  // leaves nothing behind
@@ -67,7 +68,8 @@ TEST_CASE("Each distinct node under the supports stands in the list once, and ha
 }
 
 TEST_CASE("Spreading is the adjoint of interpolating") {
-  for (const Delta delta : {Delta::Cosine, Delta::CosineBall, Delta::ThreePoint, Delta::FourPoint}) {
+  for (const Named<Delta>& row : deltas) {
+    const Delta delta = row.value;
     const Positions X = scattered(40, 30.0, 5);
     Transfer transfer(box, periodic, delta);
     transfer.locate(X);

@@ -1,6 +1,7 @@
 // Conditions along one axis that the delta kernels are built from.            [peskin-2002; roma-1999]
 #include "coupling/delta.hpp"
 
+#include <numbers>
 #include <vector>
 
 #include "catch.hpp"

@@ -15,8 +15,8 @@ namespace {
 
 const bond::AnyLaw paper_fene =
     bond::make_law("fene-lj", [](const std::string& name) -> std::optional<double> {
-      if (name == "depth") return 2.86970720062559e-4;
-      if (name == "diameter") return 1.040694052478347;
+      if (name == "epsilon") return 2.86970720062559e-4;
+      if (name == "sigma") return 1.040694052478347;
       return std::nullopt;
     });
 const Material glsm{bond::Harmonic{0.26, 1.0}, 0.025};
@@ -37,7 +37,7 @@ Positions noise(const Network& network, double amplitude) {
 }
 
 Positions zero(const Network& network) { return Positions::Zero(network.node_count(), 3); }
-Held nothing_held(const Network& network) { return Held::Constant(network.node_count(), 3, false); }
+FixedDofs nothing_held(const Network& network) { return FixedDofs::Constant(network.node_count(), 3, false); }
 
 }  // namespace
 
@@ -76,7 +76,7 @@ TEST_CASE("A free body has six modes of frequency zero, dense or sparse") {
 TEST_CASE("A chain of springs has the frequencies 2 sqrt(k/m) sin(pi j / 2n)") {
   const int n = 20;
   const Network chain = cubic_lattice({{1, 1, n}, 1.0});
-  Held held = nothing_held(chain);
+  FixedDofs held = nothing_held(chain);
   held.leftCols(2).setConstant(true);
   const Eigen::VectorXd omega =
       lowest_frequencies({bond::Harmonic{0.26, 1.0}, 0.0}, chain, zero(chain), held, 1.0, 5);
@@ -166,15 +166,15 @@ TEST_CASE(
     "response") {
   const Network network = bar(2, 2, 4);
   Conditions conditions;
-  conditions.held = nothing_held(network);
-  conditions.held.topRows(4).setConstant(true);
+  conditions.fixed = nothing_held(network);
+  conditions.fixed.topRows(4).setConstant(true);
   conditions.load = zero(network);
   conditions.load.col(0).tail(4).setConstant(1e-7);
   conditions.drag = 0.15;
   Leapfrog motion(glsm, network, conditions, 0.5, {}, zero(network), zero(network));
   for (int step = 0; step < 40000; ++step) motion.step();
   CHECK(motion.displacement().topRows(4).cwiseAbs().maxCoeff() == 0.0);
-  const Positions still = linear_response(glsm, network, conditions.held, conditions.load);
+  const Positions still = linear_response(glsm, network, conditions.fixed, conditions.load);
   CHECK((motion.displacement() - still).cwiseAbs().maxCoeff() < 1e-5 * still.cwiseAbs().maxCoeff());
 
   Conditions driven;
@@ -205,7 +205,7 @@ TEST_CASE("Linear response of a chain of straight angles is the sum of its hinge
   const int n = 12;  // two clamped nodes and 10 levers
   Network chain = cubic_lattice({{1, 1, n}, 1.0});
   add_angles(chain);
-  Held held = nothing_held(chain);
+  FixedDofs held = nothing_held(chain);
   held.topRows(2).setConstant(true);
   Positions load = zero(chain);
   load(n - 1, 0) = 1.0;

@@ -6,8 +6,6 @@
 #include <nlohmann/json.hpp>
 
 #include "catch.hpp"
-#include "drivers/drivers.hpp"
-#include "studies/studies.hpp"
 #include "engine/baseline.hpp"
 #include "engine/ledger.hpp"
 #include "engine/result.hpp"
@@ -16,6 +14,8 @@
 #include "io/csv.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "measures/drivers.hpp"
+#include "studies/studies.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -111,7 +111,7 @@ TEST_CASE("A check for outside holds where one for within does not") {
 
 TEST_CASE("A refuted claim is a finding only while it stays refuted by as much") {
   Check check = check_of(2.0, 0.5);
-  check.question = Question::claim;
+  check.kind = CheckKind::claim;
   check.refuted = Recorded{3.0, 0.01};
   CHECK(judged(check, 3.0) == Verdict::finding);
   CHECK(judged(check, 3.02) == Verdict::finding);
@@ -170,9 +170,9 @@ TEST_CASE("Exit codes: the first of 4, 2, 3, 1") {
 }
 
 TEST_CASE("The same case gives the same bits, whatever the number of threads") {
-  for (const std::string id :
-       {"tensile-fene-lj-curve", "derive-fene-lj", "elastica-chain-fene-lj", "buckling-chain",
-        "torsion-harmonic", "motion-fene-lj", "waves-chain-fene-lj", "wave-sound-axis", "vortex-planes"}) {
+  for (const std::string id : {"tensile-fene-lj-curve", "derive-fene-lj", "elastica-chain-fene-lj",
+                               "buckling-chain", "torsion-harmonic", "integrator-fene-lj",
+                               "dispersion-chain-fene-lj", "wave-sound-axis", "vortex-planes"}) {
     const Case c = shipped(id);
     const Result one = run_with(c, 1);
     const Result again = run_with(c, 1);
@@ -234,7 +234,7 @@ TEST_CASE("SHA-256 of the standard's examples") {
 }
 
 TEST_CASE("Documents: dotted paths show values, and every unknown key is named") {
-  const io::Section top = io::parse_document("a = 1\n[b]\nc = [1, 2]\n[[d]]\ne = \"x\"\nf = 1\n", "t.toml");
+  const io::Table top = io::parse_document("a = 1\n[b]\nc = [1, 2]\n[[d]]\ne = \"x\"\nf = 1\n", "t.toml");
   CHECK(top.shown("a") == "1");
   CHECK(top.shown("b.c") == "[ 1, 2 ]");
   CHECK(top.shown("b.c.1") == "2");
@@ -274,7 +274,7 @@ TEST_CASE("run --json has the keys that programs rely on") {
 TEST_CASE("derive and calibrate --json have the same keys for every law, null for what it lacks") {
   const Folder folder;
   const std::vector<std::vector<std::string>> laws{
-      {"--law", "fene-lj", "--depth", "1", "--diameter", "1"},
+      {"--law", "fene-lj", "--epsilon", "1", "--sigma", "1"},
       {"--law", "harmonic", "--bond-stiffness", "1", "--rest-length", "1"},
       {"--law", "shifted-fene", "--bond-stiffness", "1", "--rest-length", "1", "--extension", "0.5"}};
   for (const std::vector<std::string>& law : laws) {
@@ -283,12 +283,12 @@ TEST_CASE("derive and calibrate --json have the same keys for every law, null fo
     arguments.insert(arguments.end(), law.begin(), law.end());
     const Json derived = Json::parse(folder.run(arguments).out);
     for (const char* key :
-         {"rest_length", "stiffness", "force_per_strain", "young_modulus", "stiffness_over_attraction",
-          "strain_at_reach", "min_tangent_ratio", "min_tangent_strain", "validity"}) {
+         {"rest_length", "stiffness", "force_per_strain", "young_modulus", "stiffness_over_fene_k",
+          "strain_at_r_max", "min_tangent_ratio", "min_tangent_strain", "validity"}) {
       CHECK(derived.contains(key));
     }
-    CHECK(derived["stiffness_over_attraction"].is_null() == (law[1] != "fene-lj"));
-    CHECK(derived["strain_at_reach"].is_null() == (law[1] == "harmonic"));
+    CHECK(derived["stiffness_over_fene_k"].is_null() == (law[1] != "fene-lj"));
+    CHECK(derived["strain_at_r_max"].is_null() == (law[1] == "harmonic"));
     CHECK(derived["validity"].size() == 3);
     const std::vector<std::string> shape = law[1] == "shifted-fene"
                                                ? std::vector<std::string>{"--extension", "0.5"}
@@ -300,10 +300,10 @@ TEST_CASE("derive and calibrate --json have the same keys for every law, null fo
     INFO(ran.err);
     const Json calibrated = Json::parse(ran.out);
     for (const char* key :
-         {"depth", "diameter", "bond_stiffness", "angle_stiffness", "rest_length", "validity"}) {
+         {"epsilon", "sigma", "bond_stiffness", "angle_stiffness", "rest_length", "validity"}) {
       CHECK(calibrated.contains(key));
     }
-    CHECK(calibrated["depth"].is_null() == (law[1] != "fene-lj"));
+    CHECK(calibrated["epsilon"].is_null() == (law[1] != "fene-lj"));
     CHECK(calibrated["bond_stiffness"].is_null() == (law[1] == "fene-lj"));
     CHECK(calibrated["rest_length"].get<double>() == Approx(1.0));
   }
@@ -321,7 +321,7 @@ TEST_CASE("Several cases in one run: the exit code is the gravest, and every cas
       "\"points.csv\"\nsha256 = \"" +
           io::sha256("strain,stress\n0.02,1.0\n") + "\"\n");
   const std::string check =
-      "[[check]]\nquestion = \"code\"\nstatement = \"s\"\ncurve = { record = \"stress_strain\", x = "
+      "[[check]]\nkind = \"verification\"\nstatement = \"s\"\ncurve = { record = \"stress_strain\", x = "
       "\"strain\", y = "
       "\"stress\" }\nreference = \"points\"\ntolerance = { relative = 0.1, floor = 1.0, reason = \"r\" }\n";
   folder.write("errs.toml", named(good_case, "errs") + check);
@@ -345,12 +345,10 @@ TEST_CASE("Several cases in one run: the exit code is the gravest, and every cas
 
 TEST_CASE("A case outside the repository with its reference beside it runs, and is told apart from one") {
   const Folder folder;
-  folder.write(
-      "bad.toml",
-      replaced(
-          good_case,
-          "target = 1021.186296534041763399964\nkind = \"high-precision\"\nsource = \"40-digit arithmetic\"",
-          "reference = \"mine\""));
+  folder.write("bad.toml", replaced(good_case,
+                                    "target = 1021.186296534041763399964\ntarget_kind = "
+                                    "\"high-precision\"\nsource = \"40-digit arithmetic\"",
+                                    "reference = \"mine\""));
   folder.write("mine.toml",
                "schema = 1\nid = \"mine\"\nkind = \"peer-code\"\nsource = \"another program\"\nobtained = "
                "\"by running it\"\n"
@@ -383,16 +381,17 @@ TEST_CASE(
   const std::string reason = "first \"light\"\tC:\\";
   CHECK(folder.run({"accept", "bad.toml", "--reason", reason}).code == 0);
   const Reference first = read_reference(folder.path() / "bad-baseline.toml");
-  CHECK(first.kind == "baseline");
+  CHECK(first.target_kind == "baseline");
   CHECK(first.origin->reason == reason);
-  const Result result = run_with(read_case(folder.path() / "bad.toml", {}, studies::readers(), references), 1);
+  const Result result =
+      run_with(read_case(folder.path() / "bad.toml", {}, studies::readers(), references), 1);
   REQUIRE(first.values.size() == result.seen.metrics.size());
   for (const Change& change : changes(first, result.seen)) {
     REQUIRE((change.earlier && change.now));
     CHECK(same_bits({*change.earlier}, {*change.now}));
   }
   folder.write("bad.toml",
-               replaced(replaced(good_case, "depth = 1.0", "depth = 2.0"),
+               replaced(replaced(good_case, "epsilon = 1.0", "epsilon = 2.0"),
                         "target = 1021.186296534041763399964", "target = 2042.372593068083526799928"));
   const Ran asked = folder.run({"accept", "bad.toml", "--reason", "twice as deep"});
   CHECK(asked.code == 2);
@@ -474,7 +473,7 @@ TEST_CASE("validate finds what is wrong between cases, references, ledger and bi
   const std::filesystem::path cases = folder.path() / "cases";
   const std::filesystem::path shelf = folder.path() / "reference";
   const std::string claim =
-      replaced(good_case, "question = \"code\"", "question = \"claim\"\nclaim = \"modulus\"");
+      replaced(good_case, "kind = \"verification\"", "kind = \"claim\"\nclaim = \"modulus\"");
   const std::string ledger =
       "schema = 1\ncitation = \"wu-qi-2014\"\n[[claim]]\nid = \"modulus\"\nwhere = \"Eq. 1\"\nkind = "
       "\"reading\"\nstates = "

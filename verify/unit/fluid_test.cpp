@@ -141,8 +141,8 @@ TEST_CASE("The inside of an obstacle is at rest, whatever pushes there, and in n
   fluid->populations(spec.obstacle, h);
   for (const Populations& here : h) CHECK(here == Populations{});
   const Extremes worst = fluid->extremes();
-  CHECK(std::isfinite(worst.greatest_speed));
-  CHECK(worst.least_density > 0.9);
+  CHECK(std::isfinite(worst.max_speed));
+  CHECK(worst.min_density > 0.9);
   CHECK(std::isfinite(fluid->totals().mass_deviation));
   const std::vector<Populations> all = populations_of(*fluid);
   for (const Populations& here : all) CHECK(std::isfinite(density_deviation(here)));
@@ -218,16 +218,16 @@ TEST_CASE("Extremes name the node, and what is not a number is the greatest of a
     return equilibrium(node == 37 ? 0.9 : 1.0, {node == 90 ? 0.2 : 0.0, 0.0, 0.0});
   });
   Extremes worst = fluid->extremes();
-  CHECK(worst.least_density == Approx(0.9));
-  CHECK(worst.least_density_node == 37);
-  CHECK(worst.greatest_speed == Approx(0.2));
-  CHECK(worst.greatest_speed_node == 90);
+  CHECK(worst.min_density == Approx(0.9));
+  CHECK(worst.min_density_node == 37);
+  CHECK(worst.max_speed == Approx(0.2));
+  CHECK(worst.max_speed_node == 90);
   fluid->start([](std::int64_t node) { return equilibrium(node == 5 ? NAN : 1.0, Vec3::Zero()); });
   worst = fluid->extremes();
-  CHECK(std::isnan(worst.greatest_speed));
-  CHECK(worst.greatest_speed_node == 5);
-  CHECK(std::isnan(worst.least_density));
-  CHECK(worst.least_density_node == 5);
+  CHECK(std::isnan(worst.max_speed));
+  CHECK(worst.max_speed_node == 5);
+  CHECK(std::isnan(worst.min_density));
+  CHECK(worst.min_density_node == 5);
   // An infinite density moves nothing, and is no density.
   fluid->start([](std::int64_t node) {
     Populations h{};
@@ -235,8 +235,8 @@ TEST_CASE("Extremes name the node, and what is not a number is the greatest of a
     return h;
   });
   worst = fluid->extremes();
-  CHECK(std::isnan(worst.least_density));
-  CHECK(worst.least_density_node == 37);
+  CHECK(std::isnan(worst.min_density));
+  CHECK(worst.min_density_node == 37);
 }
 
 TEST_CASE("A fluid without viscosity and a box beyond the memory are refused by name") {

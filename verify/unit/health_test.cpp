@@ -15,10 +15,10 @@ using unit::replaced;
 namespace {
 
 /// A short filament in a small box, driven hard.
-const std::string filament = R"(schema = 1
+const std::string filament = R"(schema = 2
 id = "bad"
 title = "Short filament"
-asks = "Does it break off as it should?"
+question = "Does it break off as it should?"
 equation = "none"
 sources = ["wu-qi-2014, Sec. 3"]
 tier = "quick"
@@ -27,8 +27,8 @@ driver = "filament"
 
 [bond]
 law = "fene-lj"
-depth = 0.000287
-diameter = 1.0407
+epsilon = 0.000287
+sigma = 1.0407
 
 [compared_bond]
 law = "harmonic"
@@ -55,16 +55,16 @@ amplitude = 5.0
 reynolds = 10.0
 periods = 2
 
-[watch]
+[monitor]
 every = 5
 mach_limit = 0.3
 
 [[check]]
-question = "code"
+kind = "verification"
 statement = "it runs"
 metric = "period"
 target = 1.0
-kind = "analytic"
+target_kind = "analytic"
 source = "none"
 tolerance = { relative = 1e9, reason = "never reached" }
 )";
@@ -106,7 +106,7 @@ double step_of(const io::Hdf5File& file) {
 void check_last_good_stroke(const io::Hdf5File& file) {
   CHECK(metric(file, "last_good_step") < step_of(file));
   CHECK(metric(file, "last_good_mach") < 1e3);
-  CHECK(metric(file, "last_good_least_density") > 0.0);
+  CHECK(metric(file, "last_good_min_density") > 0.0);
   CHECK(metric(file, "coupling_growth") > 0.0);
   const std::vector<double> z = file.numbers("/records/last_good_nodes/z");
   CHECK(z.size() == 8 * 5);
@@ -132,13 +132,13 @@ TEST_CASE("A fluid faster than the limit stops the run with its node, Mach numbe
   const Folder folder;
   break_off(folder, replaced(filament, "mach_limit = 0.3", "mach_limit = 0.1"),
             "step [0-9]+, node \\([0-9]+, [0-9]+, [0-9]+\\): the Mach number is [0-9.]+, "
-            "the limit is 0.1 \\(watch.mach_limit\\)");
+            "the limit is 0.1 \\(monitor.mach_limit\\)");
   const io::Hdf5File file(folder.path() / result);
   check_last_good_stroke(file);
   CHECK(metric(file, "last_good_mach") <= 0.1);
 }
 
-TEST_CASE("watch.every says how often is looked") {
+TEST_CASE("monitor.every says how often the fluid is checked") {
   const Folder folder;
   const std::string slow = replaced(filament, "mach_limit = 0.3", "mach_limit = 0.1");
   const std::string pattern = "the Mach number is";
@@ -182,11 +182,11 @@ TEST_CASE("A velocity that is no number stops the run with its node, and the las
   text = replaced(replaced(text, "id = \"conservation-periodic\"", "id = \"bad\""), "velocity = 0.01",
                   "velocity = 0.05");
   text = replaced(text, "relaxation_time = 0.8", "relaxation_time = 0.5001");
-  break_off(folder, text + "\n[watch]\nevery = 500\nmach_limit = 1e300\n",
+  break_off(folder, text + "\n[monitor]\nevery = 500\nmach_limit = 1e300\n",
             "step 500, node \\([0-9]+, [0-9]+, [0-9]+\\): the velocity is -?nan, not a finite number");
   const io::Hdf5File file(folder.path() / result);
   CHECK(metric(file, "last_good_step") == 0.0);
-  CHECK(metric(file, "last_good_least_density") > 0.0);
+  CHECK(metric(file, "last_good_min_density") > 0.0);
 }
 
 TEST_CASE("The report shows why a run broke off and where it stood last") {
@@ -195,7 +195,7 @@ TEST_CASE("The report shows why a run broke off and where it stood last") {
   const Ran ran = folder.run({"report", "out"});
   CHECK(ran.code == 0);
   const std::string page = unit::contents(folder.path() / "out/report.html");
-  CHECK(page.find("the limit is 0.1 (watch.mach_limit)") != std::string::npos);
+  CHECK(page.find("the limit is 0.1 (monitor.mach_limit)") != std::string::npos);
   CHECK(page.find("last_good_step") != std::string::npos);
 }
 

@@ -1,9 +1,9 @@
 // Exact oscillating flows against what defines them, and bodies whose motion is given.
 #include <numbers>
 
+#include "analytic/immersed.hpp"
+#include "analytic/stokeslet_rings.hpp"
 #include "catch.hpp"
-#include "engine/analytic/immersed.hpp"
-#include "engine/analytic/stokeslet_rings.hpp"
 #include "scene/prescribed_body.hpp"
 
 using namespace veriflex;
@@ -11,10 +11,10 @@ using Complex = std::complex<double>;
 using std::numbers::pi;
 
 TEST_CASE("K0 and K1 have the tabulated values, on the real axis and as Kelvin's functions") {
-  CHECK(engine::bessel_k(0, 1.0).real() == Approx(0.42102443824070834).epsilon(1e-13));
-  CHECK(engine::bessel_k(1, 1.0).real() == Approx(0.60190723019723457).epsilon(1e-13));
-  CHECK(engine::bessel_k(0, 0.1).real() == Approx(2.4270690247020166).epsilon(1e-13));
-  const Complex kelvin = engine::bessel_k(0, std::polar(1.0, pi / 4.0));  // ker 1 + i kei 1
+  CHECK(analytic::bessel_k(0, 1.0).real() == Approx(0.42102443824070834).epsilon(1e-13));
+  CHECK(analytic::bessel_k(1, 1.0).real() == Approx(0.60190723019723457).epsilon(1e-13));
+  CHECK(analytic::bessel_k(0, 0.1).real() == Approx(2.4270690247020166).epsilon(1e-13));
+  const Complex kelvin = analytic::bessel_k(0, std::polar(1.0, pi / 4.0));  // ker 1 + i kei 1
   CHECK(kelvin.real() == Approx(0.2867062087283160).epsilon(1e-12));
   CHECK(kelvin.imag() == Approx(-0.4949946365187199).epsilon(1e-12));
 }
@@ -23,18 +23,18 @@ TEST_CASE("K1 is the negative slope of K0") {
   for (const double size : {0.05, 0.5, 5.0, 40.0}) {
     const Complex z = std::polar(size, pi / 4.0);
     const double h = 1e-4 * std::min(size, 1.0);
-    const Complex slope = (engine::bessel_k(0, z + h) - engine::bessel_k(0, z - h)) / (2.0 * h);
-    CHECK(std::abs(slope / engine::bessel_k(1, z) + 1.0) < 1e-6);
+    const Complex slope = (analytic::bessel_k(0, z + h) - analytic::bessel_k(0, z - h)) / (2.0 * h);
+    CHECK(std::abs(slope / analytic::bessel_k(1, z) + 1.0) < 1e-6);
   }
 }
 
 TEST_CASE("The plate's flow has its velocity, and its shear stress on both sides is the force") {
   const double height = 20.0, omega = 0.02, nu = 0.1, h = 1e-4;
-  CHECK(std::abs(engine::oscillating_plate(0.0, height, omega, nu) - 1.0) < 1e-15);
-  CHECK(std::abs(engine::oscillating_plate(3.0, height, omega, nu) -
-                 engine::oscillating_plate(17.0, height, omega, nu)) < 1e-15);
-  const Complex slope = (engine::oscillating_plate(h, height, omega, nu) - 1.0) / h;
-  CHECK(std::abs(-2.0 * nu * slope / engine::oscillating_plate_force(height, omega, nu) - 1.0) < 1e-4);
+  CHECK(std::abs(analytic::oscillating_plate(0.0, height, omega, nu) - 1.0) < 1e-15);
+  CHECK(std::abs(analytic::oscillating_plate(3.0, height, omega, nu) -
+                 analytic::oscillating_plate(17.0, height, omega, nu)) < 1e-15);
+  const Complex slope = (analytic::oscillating_plate(h, height, omega, nu) - 1.0) / h;
+  CHECK(std::abs(-2.0 * nu * slope / analytic::oscillating_plate_force(height, omega, nu) - 1.0) < 1e-4);
 }
 
 TEST_CASE("Fast, a cylinder has its added mass and the drag of plates, and slow it has Stokes' logarithm") {
@@ -42,20 +42,20 @@ TEST_CASE("Fast, a cylinder has its added mass and the drag of plates, and slow 
   const double fast = 1e3;
   const Complex k = std::sqrt(Complex(0.0, fast / nu));
   const Complex boundary_layer = Complex(0.0, fast) * pi * a * a * (1.0 + 4.0 / (k * a));
-  CHECK(std::abs(engine::oscillating_cylinder_force(a, fast, nu) / boundary_layer - 1.0) < 1e-4);
+  CHECK(std::abs(analytic::oscillating_cylinder_force(a, fast, nu) / boundary_layer - 1.0) < 1e-4);
   const double slow = 1e-8;
   const Complex z = a * std::sqrt(Complex(0.0, slow / nu));
   const Complex logarithm = 4.0 * pi * nu / (-std::log(0.5 * z) - 0.5772156649015329);
-  CHECK(std::abs(engine::oscillating_cylinder_force(a, slow, nu) / logarithm - 1.0) < 1e-4);
+  CHECK(std::abs(analytic::oscillating_cylinder_force(a, slow, nu) / logarithm - 1.0) < 1e-4);
 }
 
 TEST_CASE(
     "Images far beyond the Stokes layer return half the cell's momentum, near ones move the whole cell") {
   const double nu = 0.1;
   const auto momentum = [](double side, double omega) { return 1.0 / (Complex(0.0, omega) * side * side); };
-  CHECK(std::abs(engine::backflow_of_images(100.0, 1.0, nu) / momentum(100.0, 1.0) - 0.5) < 1e-12);
+  CHECK(std::abs(analytic::backflow_of_images(100.0, 1.0, nu) / momentum(100.0, 1.0) - 0.5) < 1e-12);
   const double omega = 1e-6;  // the layer is 450 thick
-  CHECK(std::abs(engine::backflow_of_images(20.0, omega, nu) / momentum(20.0, omega) - 1.0) < 2e-3);
+  CHECK(std::abs(analytic::backflow_of_images(20.0, omega, nu) / momentum(20.0, omega) - 1.0) < 2e-3);
 }
 
 TEST_CASE(
@@ -66,15 +66,15 @@ TEST_CASE(
   std::copy(hat.begin(), hat.begin() + 2, weights.begin());
   weights.back() = 0.25;
   const double omega = 1e-7, nu = 0.1;
-  const Complex thin = engine::oscillating_plate_force(4000.0, omega, nu);
-  CHECK(std::abs(engine::marker_plate_force(weights, 1, omega, nu) / thin - 1.0) < 2e-3);
-  CHECK(std::abs(engine::marker_plate_force(weights, 9, omega, nu) / thin - 1.0) < 2e-3);
+  const Complex thin = analytic::oscillating_plate_force(4000.0, omega, nu);
+  CHECK(std::abs(analytic::marker_plate_force(weights, 1, omega, nu) / thin - 1.0) < 2e-3);
+  CHECK(std::abs(analytic::marker_plate_force(weights, 9, omega, nu) / thin - 1.0) < 2e-3);
 }
 
 TEST_CASE("Doubling a box adds sound as the continuum's logarithm says") {
   const double omega = 1e-4, c2 = 1.0 / 3.0;  // sound far longer than the box
-  const Complex more =
-      engine::compression_of_box(128.0, 3.0, omega, c2) - engine::compression_of_box(64.0, 3.0, omega, c2);
+  const Complex more = analytic::compression_of_box(128.0, 3.0, omega, c2) -
+                       analytic::compression_of_box(64.0, 3.0, omega, c2);
   CHECK(std::abs(more / (Complex(0.0, omega) * std::log(2.0) / (4.0 * pi * c2)) - 1.0) < 0.02);
 }
 
@@ -94,9 +94,9 @@ Positions ring(double radius, int count, double z, double centre) {
 TEST_CASE("Rings of oscillating forces all along an axis drag like a cylinder filled with fluid") {
   // Slowly, where the force of a cylinder is spread evenly around it; quickly the pressure is not.
   const double radius = 2.5, omega = 1e-4, viscosity = 1.0 / 6.0;
-  std::complex<double> velocity = engine::ring_on_ring(0.0, radius, 1.0, omega, viscosity);
-  for (int k = 1; k < 2000; ++k) velocity += 2.0 * engine::ring_on_ring(k, radius, 1.0, omega, viscosity);
-  const std::complex<double> force = engine::oscillating_cylinder_force(radius, omega, viscosity) +
+  std::complex<double> velocity = analytic::ring_on_ring(0.0, radius, 1.0, omega, viscosity);
+  for (int k = 1; k < 2000; ++k) velocity += 2.0 * analytic::ring_on_ring(k, radius, 1.0, omega, viscosity);
+  const std::complex<double> force = analytic::oscillating_cylinder_force(radius, omega, viscosity) +
                                      std::complex<double>(0.0, omega * pi * radius * radius);
   CHECK(std::abs(velocity * force - 1.0) < 2e-3);
 }

@@ -83,7 +83,7 @@ TEST_CASE("Without an angle stiffness no angle list is built and no angle is loo
   };
   Workspace without;
   CHECK(evaluate(0.0, without));
-  CHECK(without.fans.groups.capacity() == 0);
+  CHECK(without.stars.groups.capacity() == 0);
   Workspace with;
   CHECK_FALSE(evaluate(0.025, with));
 }
@@ -121,7 +121,7 @@ TEST_CASE("A free body carries displacement, velocity and force, a held or loade
   CHECK(free == 4);  // and, for a moment, the first kick
   CHECK(free_holds == 0);
   Conditions held;
-  held.held = Held::Constant(nodes, 3, false);
+  held.fixed = FixedDofs::Constant(nodes, 3, false);
   CHECK(arrays(held) == std::pair(free, std::ptrdiff_t{1}));
   Conditions loaded;
   loaded.load = zero();

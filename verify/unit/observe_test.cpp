@@ -1,17 +1,17 @@
-// What is observed of a fluid, and the watch over it.
+// What is observed of a fluid, and the monitor over it.
 #include "base/error.hpp"
 #include "catch.hpp"
 #include "fluid/obstacle.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "observe/check.hpp"
 #include "observe/field.hpp"
 #include "observe/interrupted.hpp"
-#include "observe/lookout.hpp"
-#include "observe/watch.hpp"
+#include "observe/monitor.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
-using observe::Watch;
+using observe::MonitorSpec;
 
 namespace {
 
@@ -28,9 +28,9 @@ std::unique_ptr<fluid::Fluid> with_one(std::int64_t node, double rho, const Vec3
   return fluid;
 }
 
-std::string complaint(const fluid::Fluid& fluid, const Watch& watch = {}) {
+std::string complaint(const fluid::Fluid& fluid, const MonitorSpec& monitor = {}) {
   try {
-    observe::check(fluid, watch);
+    observe::check(fluid, monitor);
   } catch (const NumericalFailure& failure) {
     return failure.what();
   }
@@ -45,15 +45,15 @@ std::vector<std::string> names(const observe::Record& record) {
 
 }  // namespace
 
-TEST_CASE("The watch says nothing of a healthy fluid") {
+TEST_CASE("The monitor says nothing of a healthy fluid") {
   CHECK(complaint(*small_box()) == "none");
   CHECK(complaint(*with_one(5, 1.2, {0.17, 0.0, 0.0})) == "none");  // Mach 0.294
 }
 
-TEST_CASE("The watch names step, node, quantity, value and bound") {
+TEST_CASE("The monitor names step, node, quantity, value and bound") {
   // Node 13 of 4 x 3 x 2 is (1, 0, 1).
   CHECK(complaint(*with_one(13, 1.0, {0.0, 0.0, 0.2})) ==
-        "step 0, node (1, 0, 1): the Mach number is 0.34641, the limit is 0.3 (watch.mach_limit)");
+        "step 0, node (1, 0, 1): the Mach number is 0.34641, the limit is 0.3 (monitor.mach_limit)");
   CHECK(complaint(*with_one(13, -0.25, Vec3::Zero())) ==
         "step 0, node (1, 0, 1): the density is -0.25, it must stay above 0");
   CHECK(complaint(*with_one(13, NAN, Vec3::Zero())) ==
@@ -61,25 +61,25 @@ TEST_CASE("The watch names step, node, quantity, value and bound") {
   CHECK(complaint(*with_one(13, 1.0, {0.0, 0.0, 0.2}), {.every = 1, .mach_limit = 0.4}) == "none");
 }
 
-TEST_CASE("The watch looks when it is due") {
+TEST_CASE("The monitor checks when it is due") {
   const std::unique_ptr<fluid::Fluid> fast =
       fluid::make_fluid({.grid = {{4, 4, 4}}, .relaxation_time = 0.8, .body_force = {0.1, 0.0, 0.0}});
-  observe::Lookout lookout(*fast, {.every = 10, .mach_limit = 0.3});
-  for (int step = 0; step < 9; ++step) CHECK_NOTHROW(lookout.step());
-  CHECK_THROWS_WITH(lookout.step(), ContainsSubstring("step 10, node (0, 0, 0)"));
+  observe::Monitor monitor(*fast, {.every = 10, .mach_limit = 0.3});
+  for (int step = 0; step < 9; ++step) CHECK_NOTHROW(monitor.step());
+  CHECK_THROWS_WITH(monitor.step(), ContainsSubstring("step 10, node (0, 0, 0)"));
 }
 
-TEST_CASE("A lookout looks before the first step, after the last, and keeps what it saw last") {
-  const Watch rarely{.every = 1000, .mach_limit = 0.3};
-  CHECK_THROWS_AS(observe::Lookout(*with_one(13, NAN, Vec3::Zero()), rarely), NumericalFailure);
+TEST_CASE("A monitor checks before the first step, after the last, and keeps what it saw last") {
+  const MonitorSpec rarely{.every = 1000, .mach_limit = 0.3};
+  CHECK_THROWS_AS(observe::Monitor(*with_one(13, NAN, Vec3::Zero()), rarely), NumericalFailure);
   const std::unique_ptr<fluid::Fluid> fast =
       fluid::make_fluid({.grid = {{4, 4, 4}}, .relaxation_time = 0.8, .body_force = {0.1, 0.0, 0.0}});
-  observe::Lookout lookout(*fast, rarely);
+  observe::Monitor monitor(*fast, rarely);
   for (int step = 0; step < 5; ++step) {
-    CHECK_NOTHROW(lookout.step());
+    CHECK_NOTHROW(monitor.step());
   }
   try {
-    lookout.at_end();
+    monitor.at_end();
     FAIL("it saw nothing");
   } catch (const observe::Interrupted& failure) {
     CHECK_THAT(failure.what(), ContainsSubstring("step 5"));
@@ -156,7 +156,7 @@ unit::Ran run_case(const std::string& id, std::vector<std::string> overrides) {
 TEST_CASE("A flow that breaks ends the run with step and place") {
   const unit::Ran unstable =
       run_case("conservation-periodic", {"fluid.relaxation_time=0.5001", "conservation.velocity=0.2",
-                                         "watch={ every = 1, mach_limit = 10.0 }"});
+                                         "monitor={ every = 1, mach_limit = 10.0 }"});
   INFO(unstable.err);
   CHECK(unstable.code == 3);
   CHECK_THAT(unstable.err, ContainsSubstring("conservation-periodic.toml: step "));
@@ -164,10 +164,10 @@ TEST_CASE("A flow that breaks ends the run with step and place") {
   CHECK_THAT(unstable.err, ContainsSubstring(", it must stay above 0"));
 
   const unit::Ran fast =
-      run_case("conservation-periodic", {"conservation.velocity=0.15", "watch={ every = 1 }"});
+      run_case("conservation-periodic", {"conservation.velocity=0.15", "monitor={ every = 1 }"});
   INFO(fast.err);
   CHECK(fast.code == 3);
-  CHECK_THAT(fast.err, ContainsSubstring("the limit is 0.3 (watch.mach_limit)"));
+  CHECK_THAT(fast.err, ContainsSubstring("the limit is 0.3 (monitor.mach_limit)"));
 }
 
 TEST_CASE("A flow that does not become steady names what still changes") {
@@ -205,7 +205,7 @@ TEST_CASE("What a fluid case may get wrong is refused with its place") {
       {"array-spheres", "fluid.nodes=[8, 8, 16]", "not a cube"},
       {"array-spheres", "fluid.body_force=[1e-5, 1e-5, 0.0]", "oblique"},
       {"array-spheres", "fluid.obstacle.radius=4.0", "touches its own images"},
-      {"array-spheres", "fluid.obstacle.radius=3.0", "does not measure 'largest_offset'"},
+      {"array-spheres", "fluid.obstacle.radius=3.0", "does not measure 'max_offset'"},
       {"array-spheres", "fluid.obstacle.radius=0.1", "the obstacle covers no nodes"},
       {"array-spheres", "fluid.obstacle.radius=-1.0", "'radius' is -1"},
       {"array-spheres", "fluid.obstacle.shape=\"cube\"", "unknown shape 'cube'"},
@@ -214,8 +214,8 @@ TEST_CASE("What a fluid case may get wrong is refused with its place") {
       {"conservation-periodic", "fluid.nodes=[100000, 100000, 1000]", "does not fit into memory"},
       {"conservation-periodic", "fluid.nodes=[15, 12, 8]", "a checkerboard does not fit"},
       {"conservation-periodic", "fluid.storage=\"float\"", "'storage' is set"},
-      {"conservation-closed", "watch.every=0", "'every' is 0"},
-      {"conservation-closed", "watch.mach_limit=-1.0", "'mach_limit' is -1"},
+      {"conservation-closed", "monitor.every=0", "'every' is 0"},
+      {"conservation-closed", "monitor.mach_limit=-1.0", "'mach_limit' is -1"},
   };
   for (const auto& [id, value, message] : bad) {
     const unit::Ran ran = run_case(id, {value});
@@ -225,25 +225,25 @@ TEST_CASE("What a fluid case may get wrong is refused with its place") {
   }
 }
 
-TEST_CASE("A run that is fast at its end only, or shorter than watch.every, ends with an error") {
+TEST_CASE("A run that is fast at its end only, or shorter than monitor.every, ends with an error") {
   const unit::Ran fast_end =
       run_case("conservation-periodic", {"fluid.nodes=[8, 4, 4]", "fluid.body_force=[2e-3, 0.0, 0.0]",
                                          "conservation.steps=90", "conservation.velocity=0.0",
-                                         "conservation.staggered_velocity=0.0", "watch={ every = 1000 }"});
+                                         "conservation.staggered_velocity=0.0", "monitor={ every = 1000 }"});
   INFO(fast_end.err);
   CHECK(fast_end.code == 3);
   CHECK_THAT(fast_end.err, ContainsSubstring("step 90, node (0, 0, 0): the Mach number is 0.31"));
 
   const unit::Ran short_run =
       run_case("channel-womersley", {"channel.resolutions=[3, 6]", "channel.period=16", "channel.periods=1",
-                                     "channel.velocity=3.0", "watch={ every = 1000000 }"});
+                                     "channel.velocity=3.0", "monitor={ every = 1000000 }"});
   INFO(short_run.err);
   CHECK(short_run.code == 3);
   CHECK_THAT(short_run.err, ContainsSubstring("the Mach number is"));
 
   const unit::Ran no_number = run_case(
       "vortex-planes", {"fluid.relaxation_time=0.5001", "vortex.nodes=[8, 16]", "vortex.reynolds=1e5",
-                        "vortex.decays=0.1", "watch={ every = 1000000, mach_limit = 100.0 }"});
+                        "vortex.decays=0.1", "monitor={ every = 1000000, mach_limit = 100.0 }"});
   INFO(no_number.err);
   CHECK(no_number.code == 3);
   CHECK_THAT(no_number.err, ContainsSubstring("not a finite number"));
@@ -265,7 +265,7 @@ TEST_CASE("Runs that fail take no row of the others with them, and leave their l
   const unit::Ran ran =
       folder.run({"run", VERIFLEX_SOURCE_DIR "/cases/channel-womersley.toml", "--out", "out", "--set",
                   "channel.resolutions=[4, 8, 16]", "--set", "channel.periods=1", "--set",
-                  "channel.velocity=0.25", "--set", "watch={ every = 4, mach_limit = 0.12 }"});
+                  "channel.velocity=0.25", "--set", "monitor={ every = 4, mach_limit = 0.12 }"});
   INFO(ran.err);
   REQUIRE(ran.code == 3);
   std::vector<unit::fs::path> written;  // its name tells of what was set
@@ -293,10 +293,10 @@ TEST_CASE("Steady states in float end at what float can meet, and less is refuse
 
 TEST_CASE("Arrays beyond the internal series run against the target that the case gives") {
   const unit::Folder folder;
-  folder.write("dense.toml", R"(schema = 1
+  folder.write("dense.toml", R"(schema = 2
 id = "dense"
 title = "Spheres at a solid fraction of 0.216"
-asks = "Is the drag the tabulated one?"
+question = "Is the drag the tabulated one?"
 equation = "F over 6 pi mu a U"
 sources = []
 tier = "quick"
@@ -318,11 +318,11 @@ flow = "array"
 resolutions = [8, 24]
 
 [[check]]
-question = "code"
+kind = "verification"
 statement = "the drag is the tabulated one"
 metric = "drag"
 target = 7.442
-kind = "published-number"
+target_kind = "published-number"
 source = "Zick and Homsy 1982"
 tolerance = { relative = 0.1, reason = "the staircase of 24 nodes a cell" }
 )");
@@ -346,10 +346,10 @@ file = "table.csv"
 sha256 = "SUM"
 )",
                                               "SUM", io::sha256(table)));
-    folder.write("duct.toml", R"(schema = 1
+    folder.write("duct.toml", R"(schema = 2
 id = "duct"
 title = "Duct"
-asks = "Is it as in the table?"
+question = "Is it as in the table?"
 equation = "u"
 sources = []
 tier = "quick"
@@ -365,7 +365,7 @@ resolutions = [4, 8]
 velocity = 0.02
 
 [[check]]
-question = "code"
+kind = "verification"
 statement = "the profile is that of the table"
 curve = { record = "profile", x = "position", y = "middle" }
 reference = "table"

@@ -15,11 +15,11 @@
 
 #include "base/stop.hpp"
 #include "catch.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/baseline.hpp"
 #include "engine/result.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "measures/drivers.hpp"
 #include "observe/interrupted.hpp"
 #include "unit/command.hpp"
 
@@ -184,7 +184,7 @@ TEST_CASE("SIGTERM, SIGINT and a terminal that goes leave what was seen, and the
 TEST_CASE("Newton's steps and the pieces of a study stop too") {
   const Folder folder;
   folder.write("bad.toml",
-               replaced(replaced(good_case, "[2, 2, 4]", "[12, 12, 200]"), "\"held\"", "\"free\""));
+               replaced(replaced(good_case, "[2, 2, 4]", "[12, 12, 200]"), "\"fixed\"", "\"free\""));
   const Process process(folder, "run bad.toml --out out --threads 1");
   process.send_when(SIGTERM, folder.path() / "out/bad.h5");
   CHECK(process.exit_code() == 3);
@@ -218,7 +218,7 @@ TEST_CASE("Words that cannot be said cost no result, and standard output that ca
   folder.write("bad.toml", good_case);
   folder.write("fails.toml", replaced(named("fails"), "target = 1021", "target = 1022"));
   for (const std::string line : {"list", "list --json", "plan bad.toml", "info bad.toml", "validate bad.toml",
-                                 "claims --results .", "derive --depth 1 --diameter 1",
+                                 "claims --results .", "derive --epsilon 1 --sigma 1",
                                  "calibrate --young 0.26 --spacing 1 --poisson 0.3", "--help", "--version"}) {
     INFO(line);
     const Ran ran = folder.shell("\"$V\" " + line + " >/dev/full");
@@ -249,7 +249,7 @@ TEST_CASE("Words that cannot be said cost no result, and standard output that ca
 TEST_CASE("What a result file could not hold is refused before the run") {
   const Folder folder;
   const std::string target = R"(target = 1021.186296534041763399964
-kind = "high-precision"
+target_kind = "high-precision"
 source = "40-digit arithmetic")";
   const std::string reference =
       "schema = 1\nid = \"ref\"\nkind = \"analytic\"\nsource = \"s\"\nobtained = "
@@ -304,20 +304,20 @@ TEST_CASE("Two cases of one id are refused, and a changed case has a result of i
 
   REQUIRE(folder.run({"run", "bad.toml", "--out", "out"}).code == 0);
   const std::string plain = unit::contents(folder.path() / "out/bad.h5");
-  const Ran changed = folder.run({"run", "bad.toml", "--set", "bond.depth=2.0", "--out", "out"});
+  const Ran changed = folder.run({"run", "bad.toml", "--set", "bond.epsilon=2.0", "--out", "out"});
   CHECK(changed.code == 1);
-  CHECK_THAT(changed.out, ContainsSubstring("changed: bad --set bond.depth=2.0"));
+  CHECK_THAT(changed.out, ContainsSubstring("changed: bad --set bond.epsilon=2.0"));
   CHECK(unit::contents(folder.path() / "out/bad.h5") == plain);
-  const fs::path result = folder.path() / "out/bad+bond.depth=2.0.h5";
-  CHECK(attribute(result, "id") == "bad+bond.depth=2.0");
+  const fs::path result = folder.path() / "out/bad+bond.epsilon=2.0.h5";
+  CHECK(attribute(result, "id") == "bad+bond.epsilon=2.0");
   CHECK(attribute(result, "case_id") == "bad");
-  CHECK(attribute(result, "variant") == "bond.depth=2.0");
+  CHECK(attribute(result, "variant") == "bond.epsilon=2.0");
   CHECK(attribute(folder.path() / "out/bad.h5", "variant").empty());
   REQUIRE(folder.run({"run", "derive-fene-lj", "--set", "title=x", "--out", "ledger"}).code == 0);
   const Ran claims = folder.run({"claims", "--results", "ledger"});
   CHECK_THAT(claims.err, ContainsSubstring("left out, its case was changed by --set title=x"));
   CHECK_THAT(claims.out, ContainsSubstring("not run  derive-fene-lj"));
-  const Ran unread = folder.run({"run", "bad.toml", "--set", "bond.depth=-1", "--out", "out"});
+  const Ran unread = folder.run({"run", "bad.toml", "--set", "bond.epsilon=-1", "--out", "out"});
   CHECK(unread.code == 2);
   CHECK(unit::contents(folder.path() / "out/bad.h5") == plain);
   folder.write("b+d.toml", replaced(good_case, "id = \"bad\"", "id = \"b+d\""));
@@ -350,7 +350,7 @@ TEST_CASE("An override adds tables, and says that what stands in them comes from
   CHECK_THROWS_AS(document({"d.2.e=2"}), InputError);
   CHECK_THROWS_AS(document({"a.b=2"}), InputError);
   CHECK_THROWS_AS(document({"d..e=2"}), InputError);
-  const io::Section top = document({"w={every=0, deep=[{x=1}]}", "b.c=2"});
+  const io::Table top = document({"w={every=0, deep=[{x=1}]}", "b.c=2"});
   CHECK(to_string(top.table("w").place("every")) == "--set w={every=0, deep=[{x=1}]}");
   CHECK(to_string(top.table("w").tables("deep").front().place("x")) == "--set w={every=0, deep=[{x=1}]}");
   CHECK(to_string(top.table("w").place()) == "--set w={every=0, deep=[{x=1}]}");
@@ -358,9 +358,9 @@ TEST_CASE("An override adds tables, and says that what stands in them comes from
   CHECK(to_string(top.place("a")) == "t.toml:1:5");
   CHECK(document({"b={c=1}", "b=3"}).number("b") == 3.0);
   const Folder folder;
-  const Ran ran = folder.run({"run", "conservation-closed", "--set", "watch={every=0}"});
+  const Ran ran = folder.run({"run", "conservation-closed", "--set", "monitor={every=0}"});
   CHECK(ran.code == 2);
-  CHECK_THAT(ran.err, ContainsSubstring("--set watch={every=0}"));
+  CHECK_THAT(ran.err, ContainsSubstring("--set monitor={every=0}"));
 }
 
 TEST_CASE("A case without checks is measured, and a run tells its numbers and where they are") {

@@ -10,7 +10,6 @@
 
 #include "bond/laws.hpp"
 #include "catch.hpp"
-#include "drivers/drivers.hpp"
 #include "engine/case.hpp"
 #include "engine/ledger.hpp"
 #include "engine/reference.hpp"
@@ -66,7 +65,7 @@ void add(Names& to, const std::vector<std::string>& names) { to.insert(names.beg
 Names asked_of_cases() {
   Names asked;
   for (const fs::path& path : files(root / "cases", ".toml")) {
-    const io::Section top = io::parse_document(io::read_file(path), path.string());
+    const io::Table top = io::parse_document(io::read_file(path), path.string());
     std::vector<InputError> problems;
     engine::read_parts(top, path, studies::readers(), references, problems);
     REQUIRE(problems.empty());
@@ -78,11 +77,11 @@ Names asked_of_cases() {
 Names asked_of_references() {
   Names asked;
   for (const fs::path& path : files(references, ".toml")) {
-    const io::Section top = io::parse_document(io::read_file(path), path.string());
+    const io::Table top = io::parse_document(io::read_file(path), path.string());
     engine::read_reference(top, path);
     add(asked, top.asked());
   }
-  const io::Section ledger =
+  const io::Table ledger =
       io::parse_document(io::read_file(references / "claims" / "wu-qi-2014.toml"), "ledger");
   engine::read_ledger(ledger);
   add(asked, ledger.asked());
@@ -153,8 +152,11 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
   const Names asked = asked_of_cases();
   CHECK(undocumented(asked, paths) == none);
 
-  std::vector<fs::path> sources = files(root / "verify" / "drivers", ".cpp");
-  for (const fs::path& kind : files(root / "verify" / "drivers" / "compare", ".cpp")) sources.push_back(kind);
+  std::vector<fs::path> sources;
+  for (const fs::directory_entry& subject : fs::directory_iterator(root / "verify" / "measures")) {
+    if (!subject.is_directory()) continue;
+    for (const fs::path& source : files(subject.path(), ".cpp")) sources.push_back(source);
+  }
   for (const fs::path& study : files(root / "verify" / "studies", ".cpp")) sources.push_back(study);
   sources.push_back(root / "verify" / "engine" / "asked.cpp");
   sources.push_back(root / "verify" / "engine" / "case.cpp");
@@ -227,17 +229,16 @@ TEST_CASE("The documents name every driver, law, tier and kind") {
 
 TEST_CASE("The examples in the schema documents are valid") {
   std::vector<InputError> problems;
-  const io::Section top =
-      io::parse_document(toml_block(root / "cases" / "README.md", "[[check]]"), "example");
+  const io::Table top = io::parse_document(toml_block(root / "cases" / "README.md", "[[check]]"), "example");
   const engine::Case c = engine::read_parts(top, "minimal.toml", studies::readers(), references, problems);
   for (const InputError& problem : problems) FAIL_CHECK(problem.what());
   CHECK(c.assumed.size() == 1);
   CHECK(c.assumed.front().value == "[ 4, 4, 12 ]");
 
-  const io::Section reference =
+  const io::Table reference =
       io::parse_document(toml_block(references / "README.md", "[values.rest_length]"), "example");
   CHECK(engine::read_reference(reference, "minimal-reference.toml").values.size() == 1);
-  const io::Section ledger = io::parse_document(toml_block(references / "README.md", "[[claim]]"), "example");
+  const io::Table ledger = io::parse_document(toml_block(references / "README.md", "[[claim]]"), "example");
   CHECK(engine::read_ledger(ledger).entries.size() == 1);
 }
 

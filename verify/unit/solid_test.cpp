@@ -16,7 +16,7 @@ using namespace veriflex::solid;
 namespace {
 
 const bond::AnyLaw fene_lj = bond::make_law("fene-lj", [](const std::string& name) -> std::optional<double> {
-  return name == "depth" || name == "diameter" ? std::optional(1.0) : std::nullopt;
+  return name == "epsilon" || name == "sigma" ? std::optional(1.0) : std::nullopt;
 });
 const bond::AnyLaw harmonic = bond::Harmonic{0.26, 1.0};
 const bond::AnyLaw shifted = bond::ShiftedFene{0.26, 1.0, 0.5};
@@ -250,10 +250,10 @@ TEST_CASE("Load control finds the strain that displacement control was given") {
 
 TEST_CASE("However large the load, no step goes over the bond's limit") {
   const Block chain = block_of(fene_lj, 1, 1, 5);
-  const double reach = *bond::derive(fene_lj).strain_at_reach;
+  const double r_max = *bond::derive(fene_lj).strain_at_r_max;
   for (const double stress : {1e3, 1e5, 1e7}) {
     const Pulled p = pull_with_stress(fene_lj, chain, true, stress);
-    CHECK(p.strain < reach);
+    CHECK(p.strain < r_max);
     CHECK(p.strain > 0.4);
     CHECK(p.residual <= 1e-12);
   }
@@ -274,7 +274,7 @@ TEST_CASE("A compressed chain that may move sideways is unstable, and says how o
 
 TEST_CASE("A stretched chain that may move sideways returns to its axis") {
   const Network network = cubic_lattice(block_of(fene_lj, 1, 1, 6));
-  Held held = Held::Constant(6, 3, false);
+  FixedDofs held = FixedDofs::Constant(6, 3, false);
   held.row(0).setConstant(true);
   held.row(5).setConstant(true);
   Positions u = no_load(network);
@@ -290,7 +290,7 @@ TEST_CASE("A stretched chain that may move sideways returns to its axis") {
 TEST_CASE("The equilibrium does not depend on where the search starts") {
   const Block bar = block_of(fene_lj, 2, 2, 8);
   const Network network = cubic_lattice(bar);
-  Held held = Held::Constant(bar.node_count(), 3, true);
+  FixedDofs held = FixedDofs::Constant(bar.node_count(), 3, true);
   held.col(2).segment(4, bar.node_count() - 8).setConstant(false);
   const double expected = pull_to_strain(fene_lj, bar, true, 0.2).stress;
   Positions u = no_load(network);
@@ -307,8 +307,9 @@ TEST_CASE("A start outside the law's domain is refused") {
   const Network network = cubic_lattice(block_of(fene_lj, 1, 1, 3));
   Positions u = no_load(network);
   u(2, 2) = 0.6;
-  CHECK_THROWS_WITH(equilibrium({fene_lj, 0.0}, network, u, Held::Constant(3, 3, true), no_load(network)),
-                    ContainsSubstring("bond of nodes 1 and 2 has length 1.56"));
+  CHECK_THROWS_WITH(
+      equilibrium({fene_lj, 0.0}, network, u, FixedDofs::Constant(3, 3, true), no_load(network)),
+      ContainsSubstring("bond of nodes 1 and 2 has length 1.56"));
 }
 
 TEST_CASE("With angles a lattice at rest has no zero modes but its six rigid motions") {
@@ -319,7 +320,7 @@ TEST_CASE("With angles a lattice at rest has no zero modes but its six rigid mot
   CHECK(eigenvalues.head(6).cwiseAbs().maxCoeff() < 1e-14);
   CHECK(eigenvalues[6] > 1e-4);
   CHECK_THROWS_WITH(
-      equilibrium(material, network, no_load(network), Held::Constant(18, 3, false), no_load(network)),
+      equilibrium(material, network, no_load(network), FixedDofs::Constant(18, 3, false), no_load(network)),
       ContainsSubstring("mechanism: 6 zero modes"));
 }
 
@@ -338,7 +339,7 @@ TEST_CASE(
     "back") {
   Network chain = cubic_lattice({{1, 1, 4}, 1.0});
   add_angles(chain);
-  const Held held = Held::Constant(4, 3, false);
+  const FixedDofs held = FixedDofs::Constant(4, 3, false);
   const Material material{harmonic, 0.025};
   Positions coincident = no_load(chain);
   coincident(1, 2) = -1.0;

@@ -55,7 +55,7 @@ double number_of(const std::string& check) { return number(asked(check), table_o
 const std::string scene = R"(schema = 1
 id = "bar"
 title = "Bar"
-asks = "How stiff is it?"
+question = "How stiff is it?"
 equation = "E = k/r0"
 sources = []
 tier = "quick"
@@ -140,12 +140,13 @@ TEST_CASE("What a table does not give is said, never guessed") {
 
 TEST_CASE("A check that asks a study for what it cannot have is refused at its place") {
   const Folder folder;
-  folder.write("bar.toml", scene +
-                               "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [0.1, 0.2] }]\n"
-                               "[[check]]\nquestion = \"code\"\nstatement = \"E = k/r0\"\nmetric = "
-                               "\"young_modulos\"\nof = \"max\"\n"
-                               "target = 0.2\nkind = \"analytic\"\nsource = \"x\"\ntolerance = { absolute = "
-                               "1e-9, reason = \"x\" }\n");
+  folder.write("bar.toml",
+               scene +
+                   "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [0.1, 0.2] }]\n"
+                   "[[check]]\nkind = \"verification\"\nstatement = \"E = k/r0\"\nmetric = "
+                   "\"young_modulos\"\nof = \"max\"\n"
+                   "target = 0.2\ntarget_kind = \"analytic\"\nsource = \"x\"\ntolerance = { absolute = "
+                   "1e-9, reason = \"x\" }\n");
   const Ran ran_it = ran(folder, "validate bar.toml");
   CHECK(ran_it.code == 2);
   CHECK_THAT(ran_it.err,

@@ -1,17 +1,17 @@
-#include "engine/analytic/lattice_wave.hpp"
+#include "analytic/lattice_wave.hpp"
 
 #include <cmath>
 #include <numbers>
 
+#include "analytic/decaying_flow.hpp"
 #include "catch.hpp"
-#include "engine/analytic/decaying_flow.hpp"
 #include "fluid/initial.hpp"
 
 using namespace veriflex;
-using engine::Complex;
-using engine::ContinuumWave;
-using engine::lattice_wave;
-using engine::LatticeWave;
+using analytic::Complex;
+using analytic::ContinuumWave;
+using analytic::lattice_wave;
+using analytic::LatticeWave;
 
 namespace {
 
@@ -62,7 +62,7 @@ TEST_CASE("Eigenvalue and eigenvectors belong to the matrix, and to each other")
   for (const double tau : {0.51, 0.8, 1.0, 2.0}) {
     for (const Vec3& k : {Vec3(0.2, 0, 0), Vec3(0, 0.7, 0.7), Vec3(0.1, -0.4, 0.3)}) {
       for (const Vec3& stream : {Vec3(0, 0, 0), Vec3(0.1, 0.02, 0.05)}) {
-        const auto step = engine::one_step(k, tau, stream);
+        const auto step = analytic::one_step(k, tau, stream);
         for (const ContinuumWave& like : {shear(k.unitOrthogonal()), sound(k), sound(-k)}) {
           CAPTURE(tau, k.transpose(), stream.transpose(), like.density);
           const LatticeWave wave = lattice_wave(k, tau, like, stream);
@@ -120,12 +120,12 @@ TEST_CASE("Populations near equilibrium have the density, momentum and viscous s
 }
 
 TEST_CASE("Decaying flows satisfy the Navier-Stokes equations, and their gradient is that of the velocity") {
-  for (const engine::Pattern pattern : {engine::Pattern::TaylorGreen, engine::Pattern::Shear}) {
-    const engine::DecayingFlow flow{pattern, 2, 0, 0.7, 0.3, 0.05, {0.02, 0.1, -0.03}};
+  for (const analytic::Pattern pattern : {analytic::Pattern::TaylorGreen, analytic::Pattern::Shear}) {
+    const analytic::DecayingFlow flow{pattern, 2, 0, 0.7, 0.3, 0.05, {0.02, 0.1, -0.03}};
     const double time = 1.7, d = 1e-3;
     const Vec3 x(0.4, -0.8, 2.1);
     const auto velocity = [&](const Vec3& at, double t) { return flow.at(at, t).velocity; };
-    const engine::FlowState here = flow.at(x, time);
+    const analytic::FlowState here = flow.at(x, time);
     Vec3 pressure_gradient, laplace = -6.0 * here.velocity / (d * d);
     for (int axis = 0; axis < 3; ++axis) {
       const Vec3 e = d * Vec3::Unit(axis);
@@ -143,7 +143,7 @@ TEST_CASE("Decaying flows satisfy the Navier-Stokes equations, and their gradien
 }
 
 TEST_CASE("The swelling's divergence is what the pressure's change along the flow asks for") {
-  const engine::DecayingFlow flow{engine::Pattern::TaylorGreen, 0, 1, 0.7, 0.3, 0.05};
+  const analytic::DecayingFlow flow{analytic::Pattern::TaylorGreen, 0, 1, 0.7, 0.3, 0.05};
   const double d = 1e-4, c2 = fluid::sound_speed_squared;
   const Vec3 x(0.4, -0.8, 0.0);
   double divergence = 0.0;

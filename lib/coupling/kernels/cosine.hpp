@@ -1,0 +1,23 @@
+/// The paper's function, on the cube of 4 x 4 x 4 nodes (departure D2).
+/// [wu-qi-2014, Eq. 8; peskin-2002]
+#pragma once
+
+#include <cmath>
+#include <numbers>
+
+#include "coupling/delta_kernel.hpp"
+
+namespace veriflex::coupling {
+
+struct Cosine {
+  static constexpr std::string_view name = "cosine";
+  static constexpr std::string_view text = "cosine, 4 x 4 x 4 nodes";
+  static constexpr int width = 4;
+  static constexpr bool in_ball = false;
+  static double phi(double d) {
+    return std::abs(d) < 2.0 ? 0.25 * (1.0 + std::cos(0.5 * std::numbers::pi * d)) : 0.0;
+  }
+};
+static_assert(DeltaKernel<Cosine>);
+
+}  // namespace veriflex::coupling

@@ -1,0 +1,208 @@
+"""Figures of bodies in a fluid: delta kernels, drag of markers, stability of the coupling."""
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from report.drawing import (
+    Figure,
+    MARK,
+    canvas,
+    column_label,
+    drawable,
+    extent,
+    inline_svg,
+    known,
+    label_points,
+    legend_above,
+    markers,
+    powers,
+    quantity,
+)
+
+
+def coupling_boundary(result, record, key):
+    """Least stable node mass point by point: runs, and the linearised exchange with and without the fluid's memory."""
+    columns = ("point", "predicted", "forgetful", "measured", "ratio")
+    if not drawable(record, *columns):
+        return None
+    drawing, (axes, ratio) = canvas(2, height=5.4, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
+    x = np.arange(len(record))
+    # Where all agree the marks lie on each other: each is seen beside the next.
+    wide = dict(color="C1", markersize=13, markeredgewidth=1.6)
+    handles = axes.plot(x, record["predicted"], "_", label="map, the fluid keeps all", **wide)
+    hollow = dict(color="C2", markersize=8, markerfacecolor="none")
+    handles += axes.plot(x, record["forgetful"], "D", label="map, the fluid forgets", **hollow)
+    handles += axes.plot(x, record["measured"], "o", color="C0", markersize=3.5, label="runs")
+    axes.set_ylabel("least stable node mass m [M]")
+    axes.set_ylim(0, 1.08 * extent(np.concatenate([record[name] for name in columns[1:4]]))[1] or 1.0)
+    legend_above(axes, handles)
+    ratio.axhline(1.0, **MARK)
+    ratio.plot(x, record["ratio"], "o", color="C0")
+    ratio.set_ylabel("runs / map [1]")
+    names = [
+        metric.name.removeprefix("measured_").replace("_", " ")
+        for metric in result.metrics
+        if metric.name.startswith("measured_")
+    ]
+    if len(names) == len(record):
+        slanted = dict(rotation=40, horizontalalignment="right", rotation_mode="anchor") if len(names) > 4 else {}
+        ratio.set_xticks(x, names, **slanted)
+    else:
+        ratio.set_xticks(x)
+    ratio.set_xlim(-0.5, len(record) - 0.5)
+    ratio.margins(y=0.15)
+    ratio.set_xlabel("way of coupling: name of the point")
+    caption = (
+        "Least node mass at which the exchange of a rod with the fluid is stable: below it small motions grow. "
+        "The map is one step, linearised, without the fluid's own motion."
+    )
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def last_good_nodes(result, record, key):
+    """The body as it stood when it was last seen sound, from the side."""
+    if not drawable(record, "y", "z"):
+        return None
+    drawing, (axes,) = canvas()
+    axes.plot(record["y"], record["z"], ".", color="C0", markersize=3)
+    axes.set_aspect("equal", adjustable="datalim")
+    axes.set_xlabel(column_label(record.columns["y"]))
+    axes.set_ylabel(column_label(record.columns["z"]))
+    step = known(result, "last_good_step")
+    caption = f"The body at the last good check, step {step:.0f}." if step is not None else "The body at the last good check."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+DELTA_SCANS = {
+    "delta_sums": ("sum of the weights Σ D h³", "Sum of the weights"),
+    "delta_imbalances": ("even less odd nodes Σ ± D h³", "Weights of even nodes less those of odd ones"),
+    "delta_first_moments": ("first moment Σ (x − X) D h³", "First moment of the weights along an axis"),
+}
+
+
+def delta_scan(result, record, key):
+    """A moment of the delta functions' weights along the diagonal of a cell, a curve for each function."""
+    offset, *deltas = record.columns.values()
+    if not deltas or not drawable(record, *record.columns):
+        return None
+    drawing, (axes,) = canvas()
+    handles = []
+    for delta in deltas:
+        handles += axes.plot(offset.values, delta.values, label=delta.name.replace("_", " "))
+    axes.set_xlim(*extent(offset.values))
+    label, words = DELTA_SCANS[record.name]
+    axes.set_xlabel(quantity("offset along each axis from a node", "", offset.dimension))
+    axes.set_ylabel(quantity(label, "", deltas[0].dimension))
+    legend_above(axes, handles)
+    caption = f"{words}, for a marker on the diagonal of a cell and each delta function."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def array_drag(result, record, key):
+    """Drag of arrays of markers against the solid fraction, one curve for each relaxation time; below, error and slip."""
+    if not drawable(record, "relaxation_time", "solid_fraction", "drag", "drag_exact", "error_drag", "slip"):
+        return None
+    drawing, (above, below) = canvas(2, height=5.2, sharex=True)
+    # The series knows nothing of the relaxation time: one line through all rows.
+    order = np.argsort(record["solid_fraction"])
+    series = record["solid_fraction"][order], record["drag_exact"][order]
+    handles = above.plot(*series, "-", color="#555555", linewidth=1, label="series")
+    unit = powers(record.columns["relaxation_time"].dimension)
+    for number, (tau, marker) in enumerate(zip(np.unique(record["relaxation_time"]), markers())):
+        rows = record["relaxation_time"] == tau
+        fraction, style = record["solid_fraction"][rows], dict(color=f"C{number}", marker=marker)
+        handles += above.plot(fraction, record["drag"][rows], linestyle="none", label=f"τ = {tau:g} [{unit}]", **style)
+        predicted = record["error_drag"][rows] > 1e-9  # the first is zero by the fit
+        below.plot(fraction[predicted], record["error_drag"][rows][predicted], linestyle="-", **style)
+        below.plot(fraction, record["slip"][rows], linestyle=":", markerfacecolor="none", **style)
+    grey = dict(color="#555555", linewidth=1)
+    kinds = [
+        Line2D([], [], linestyle="-", marker="o", label="error of the drag", **grey),
+        Line2D([], [], linestyle=":", marker="o", markerfacecolor="none", label="slip over U", **grey),
+    ]
+    above.set_ylabel(column_label(record.columns["drag"]))
+    below.set_yscale("log")
+    below.set_ylabel("relative error, slip [1]")
+    below.set_xlabel(column_label(record.columns["solid_fraction"]))
+    legend_above(above, handles)
+    legend_above(below, kinds)
+    caption = "Drag with the radius fitted to the most dilute array; below, error of the predicted ones and slip at the markers."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def rounds(result, record, key):
+    """Slip and errors of a plate against the rounds of forcing, and against run time, the phase `iterations/<row>`."""
+    names = {"slip": "slip", "error_force": "force, thin plate", "error_theory": "force, plate of markers"}
+    if not drawable(record, "iterations", *names):
+        return None
+    times = {row["phase"]: row["wall_seconds"] for row in result.timing}
+    seconds = np.array([times.get(f"iterations/{row}", np.nan) for row in range(len(record))])
+    drawing, panels = canvas(2, height=5.2)
+    handles = []
+    for number, ((name, label), marker) in enumerate(zip(names.items(), markers())):
+        style = dict(color=f"C{number}", marker=marker, linestyle="-", label=label)
+        handles += panels[0].plot(record["iterations"], record[name], **style)
+        panels[1].plot(1000 * seconds, record[name], **style)
+    panels[0].set_xscale("log")
+    for panel in panels:
+        panel.set_yscale("log")
+        panel.set_ylabel("relative slip, error [1]")
+        panel.margins(x=0.12, y=0.15)
+    label_points(panels[0], record["iterations"])
+    panels[0].set_xlabel(column_label(record.columns["iterations"]))
+    panels[1].set_xlabel("run time of the row [ms]")
+    legend_above(panels[0], handles)
+    caption = "What more rounds of forcing buy. One run each: read the times to a factor of two."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def rod_force(result, record, key):
+    """Force of an oscillating rod over theory against the box, for each period; without (open) and with what the box gives back."""
+    names = ("ratio_unbounded", "ratio", "lead_unbounded", "lead")
+    if not drawable(record, "box", "period", "amplitude", *names):
+        return None
+    small = record["amplitude"] == record["amplitude"][0]
+    unit = powers(record.columns["period"].dimension)
+    drawing, (above, below) = canvas(2, height=5.0, sharex=True)
+    handles = []
+    for number, (period, marker) in enumerate(zip(np.unique(record["period"]), markers())):
+        rows = np.flatnonzero(small & (record["period"] == period))
+        box, style = record["box"][rows], dict(color=f"C{number}", marker=marker)
+        handles += above.plot(box, record["ratio"][rows], "-", label=f"period {period:g} [{unit}]", **style)
+        above.plot(box, record["ratio_unbounded"][rows], ":", markerfacecolor="none", **style)
+        below.plot(box, record["lead"][rows], "-", **style)
+        below.plot(box, record["lead_unbounded"][rows], ":", markerfacecolor="none", **style)
+    handles.append(Line2D([], [], color="#555555", linestyle="-", label="theory for the box"))
+    handles.append(Line2D([], [], color="#555555", linestyle=":", label="unbounded fluid"))
+    above.axhline(1, **MARK)
+    below.axhline(0, **MARK)
+    for axes in (above, below):
+        axes.margins(y=0.08)
+    below.set_xticks(np.unique(record["box"][small]))
+    above.set_ylabel("amplitude over theory [1]")
+    below.set_ylabel("phase before theory [rad]")
+    below.set_xlabel(quantity("side of the periodic box", "", record.columns["box"].dimension))
+    legend_above(above, handles)
+    caption = (
+        "Force of the oscillating rod over that of Stokes' cylinder of the fitted radius, at an amplitude of "
+        f"{record['amplitude'][0]:g} [{powers(record.columns['amplitude'].dimension)}]."
+    )
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def beam_line(result, record, key):
+    """Deflection of the rod in a stream and of beams under its load; below, the load."""
+    if not drawable(record, "place", "deflection", "beam", "beam_without_shear", "force"):
+        return None
+    drawing, (above, below) = canvas(2, height=4.6, sharex=True, gridspec_kw={"height_ratios": (3, 2)})
+    place = record["place"]
+    handles = above.plot(place, record["beam"], "-", color="C0", label="Timoshenko's beam")
+    handles += above.plot(place, record["beam_without_shear"], ":", color="#555555", label="without shear")
+    handles += above.plot(place, record["deflection"], "o", color="C1", markersize=3.5, label="rod in the stream")
+    below.plot(place[1:], record["force"][1:], "o-", color="C1", markersize=3.5)
+    above.set_ylabel("deflection [L]")
+    below.set_ylabel(quantity("force", "", record.columns["force"].dimension))
+    below.set_xlabel(column_label(record.columns["place"]))
+    legend_above(above, handles)
+    caption = "Deflection of the clamped rod, and of a beam under the forces on its sections (below)."
+    return Figure(caption, inline_svg(drawing, key, caption))

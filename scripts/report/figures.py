@@ -1,0 +1,113 @@
+"""The figures of a result: what is drawn follows the name of a record, whatever the case.
+
+One function per kind of plot, in the file of its subject; each returns a Figure that holds inline SVG.
+"""
+
+from report import bond, coupling, filament, fluid, peer, solid, studies
+from report.drawing import Figure, MARKED_ROWS, canvas, column_label, inline_svg, legend_above, quantity
+
+MANY_ROWS, MANY_PANELS = 20000, 4  # beyond these a record without a plot of its own is not drawn
+
+
+def against_first_column(result, record, key):
+    """A record without a plot of its own: all columns against the first, one panel per dimension."""
+    columns = [column for column in record.columns.values() if column.values.dtype.kind in "iuf"]
+    if len(columns) < 2 or not 2 <= len(record) <= MANY_ROWS:
+        return None
+    first, rest = columns[0], columns[1:]
+    groups = {}
+    for column in rest:
+        groups.setdefault(column.dimension, []).append(column)
+    if len(groups) > MANY_PANELS:
+        return None
+    drawing, panels = canvas(len(groups), height=1.2 + 1.9 * len(groups), sharex=True)
+    marker = "." if len(record) < MARKED_ROWS else ""
+    for axes, (dimension, group) in zip(panels, groups.items()):
+        for column in group:
+            label = quantity(column.name.replace("_", " "), column.symbol, "")
+            axes.plot(first.values, column.values, marker=marker, label=label)
+        if len(group) == 1:
+            axes.set_ylabel(column_label(group[0]))
+        else:
+            axes.set_ylabel(quantity("value", "", dimension))
+            legend_above(axes, axes.get_lines())
+    panels[-1].set_xlabel(column_label(first))
+    caption = record.title or record.name
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+# Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others;
+# what `couette` holds is round-off; `stroke_compared` is in the figure of `stroke`.
+KINDS = {
+    "potential": (bond.potential_energy, bond.tension),
+    "stress_strain": (bond.stress_strain, bond.curve_error, bond.moduli, bond.moduli_near_rest),
+    "moduli": (bond.moduli, bond.moduli_near_rest),
+    "convergence": (fluid.convergence,),
+    "work_precision": (fluid.work_precision, solid.period_precision),
+    "dispersion": (fluid.dispersion,),
+    "constants": (fluid.constants,),
+    "storage": (fluid.storage,),
+    "delta_sums": (coupling.delta_scan,),
+    "delta_imbalances": (coupling.delta_scan,),
+    "delta_first_moments": (coupling.delta_scan,),
+    "galilean": (fluid.galilean,),
+    "boundary": (solid.boundary,),
+    "elastica": (solid.elastica,),
+    "buckling": (solid.buckling,),
+    "standing_waves": (solid.standing_waves,),
+    "conservation": (fluid.conservation,),
+    "elastica_exact": (),
+    "profile": (fluid.profile,),
+    "slip": (fluid.slip,),
+    "section": (fluid.section,),
+    "drag": (fluid.drag,),
+    "couette": (),
+    "drift_of_mass": (fluid.drift,),
+    "drift_of_momentum": (fluid.drift,),
+    "drift_of_staggered_momentum": (fluid.drift,),
+    "substeps": (),  # drawn beside work_precision
+    "bond_table": (peer.bond_table,),
+    "angle_table": (peer.angle_table,),
+    "node_forces": (peer.node_forces,),
+    "end_force": (peer.end_force,),
+    "cantilever": (peer.cantilever,),
+    "trajectory": (peer.trajectory,),
+    "energy": (peer.energy,),
+    "centre_lines": (filament.centre_lines,),
+    "law_deviation": (filament.law_deviation,),
+    "stroke": (filament.stroke,),
+    "stroke_compared": (),
+    "film": (filament.film,),
+    "first_harmonic": (filament.first_harmonic,),
+    "sensitivity": (filament.sensitivity,),
+    "last_good_nodes": (coupling.last_good_nodes,),
+    "coupling_boundary": (coupling.coupling_boundary,),
+    "strain_histogram": (filament.strain_histogram,),
+    "modulus_deviation": (filament.modulus_deviation,),
+    "array": (coupling.array_drag,),
+    "iterations": (coupling.rounds,),
+    "rod": (coupling.rod_force,),
+    "deflection": (coupling.beam_line,),
+    "validity": (),
+    "sweep": (studies.sweep,),
+    "sweep_cost": (studies.sweep_cost,),
+    "outcome_boundary": (studies.outcome_boundary,),
+    "outcome_boundary_rows": (),
+    "outcome_boundary_cost": (),
+    "ablate": (),
+    "ablate_difference": (studies.ablate_difference,),
+    "ablate_cost": (),
+}
+
+
+def of_case(result, key):
+    """All figures of a result. `key` must be unique on the page."""
+    figures = []
+    order = {name: place for place, name in enumerate(KINDS)}
+    for record in sorted(result.records.values(), key=lambda record: order.get(record.name, len(order))):
+        kinds = () if record.name.startswith("orders_along_") else KINDS.get(record.name, (against_first_column,))
+        for draw in kinds:
+            drawn = draw(result, record, f"{key}-{len(figures)}")
+            if drawn is not None:
+                figures.append(drawn)
+    return figures

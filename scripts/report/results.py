@@ -1,0 +1,296 @@
+"""Result files of `veriflex run` as plain values; the schema is described in verify/README.md.
+
+Nothing is judged here: verdicts, errors and margins are those that the files state.
+"""
+
+import hashlib
+import stat
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+FORMAT = "veriflex-result"
+SCHEMA = 2
+SEAL = 512  # bytes before the HDF5 structure: name, size and SHA-256 of what follows
+
+
+class UnreadableResult(Exception):
+    """A file that is not a result of this schema; the text is `path: problem (why). Remedy`."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column of a record or reference; `dimension` is such as "M L^-1 T^-2", "1" for none, empty if not stated."""
+
+    name: str
+    values: np.ndarray
+    symbol: str = ""
+    dimension: str = ""
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Record:
+    """What a driver observed: columns of equal length, by name, in the order of the file."""
+
+    name: str
+    title: str
+    columns: dict[str, Column]
+
+    def __getitem__(self, name):
+        return self.columns[name].values
+
+    def has(self, *names):
+        return all(name in self.columns for name in names)
+
+    def __len__(self):
+        return max((len(column.values) for column in self.columns.values()), default=0)
+
+
+@dataclass(frozen=True)
+class Metric:
+    name: str
+    value: float
+    dimension: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Check:
+    """A metric held against a target; `kind` is "verification" (must hold) or "claim" (is what was published true?)."""
+
+    metric: str
+    kind: str
+    measured: float
+    target: float
+    tolerance: float  # absolute, in the metric's dimension
+    tolerance_text: str
+    reason: str
+    error: float
+    margin: float  # error / tolerance; its inverse where the statement holds outside
+    holds: str  # within or outside the tolerance of the target
+    verdict: str  # pass, fail, finding
+    reference: str
+    target_kind: str
+    source: str
+    claim: str
+    statement: str
+
+
+@dataclass(frozen=True)
+class Reference:
+    """What a check was held against, and where that comes from."""
+
+    id: str
+    kind: str
+    source: str
+    obtained: str
+    command: str
+    sha256: str
+    columns: Record
+
+
+@dataclass(frozen=True)
+class Result:
+    """One result file. Rows of `assumed`, `built`, `left_out` and `timing` are dicts keyed by the columns of the schema."""
+
+    file: Path
+    id: str  # of the case, and what was set if it was changed
+    case_id: str
+    variant: str  # what was changed by --set; empty for the case as it stands
+    title: str
+    question: str
+    equation: str
+    driver: str
+    tier: str
+    topics: list[str]
+    sources: list[str]
+    verdict: str
+    findings: int
+    error_kind: str
+    error_message: str
+    warnings: list[str]
+    case_text: str
+    case_path: str
+    overrides: list[str]
+    assumed: list[dict]
+    built: list[dict]
+    left_out: list[dict]
+    provenance: dict[str, str]
+    records: dict[str, Record]
+    metrics: list[Metric]
+    checks: list[Check]
+    references: list[Reference]
+    timing: list[dict]
+
+    def metric(self, name):
+        """Value of a metric, None where the case has no such metric."""
+        return next((metric.value for metric in self.metrics if metric.name == name), None)
+
+
+@dataclass(frozen=True)
+class Unreadable:
+    """A file of the results folder that could not be read, and the message that says why."""
+
+    file: Path
+    message: str
+
+
+def plain(value):
+    """HDF5 value as str, int, float, list or numpy array of numbers."""
+    if isinstance(value, h5py.Empty):
+        return []
+    if isinstance(value, str):  # bytes that are no UTF-8 came as surrogates
+        return value.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+    if isinstance(value, bytes):
+        return value.decode("utf-8", "replace")
+    if isinstance(value, np.ndarray) and value.dtype.kind in "OSU":
+        return [plain(item) for item in value.ravel().tolist()]
+    if isinstance(value, np.generic):
+        return plain(value.item())
+    return value
+
+
+def attributes(node):
+    return {name: plain(value) for name, value in node.attrs.items()}
+
+
+def table(group):
+    """Columns of a table by name, in the order that the table states."""
+    names = plain(group.attrs["columns"]) if "columns" in group.attrs else list(group)
+    columns = {name: plain(group[name][()]) for name in names}
+    if len({len(values) for values in columns.values()}) > 1:
+        raise ValueError(f"the columns of {group.name} differ in length")
+    return columns
+
+
+def rows(file, place):
+    """Rows of a table as dicts; none for a table that the file lacks (a run that ended in an error)."""
+    if place not in file:
+        return []
+    columns = table(file[place])
+    return [dict(zip(columns, row)) for row in zip(*(np.asarray(values).tolist() for values in columns.values()))]
+
+
+def typed(kind, row):
+    """A row as a dataclass whose texts are texts and whose numbers are numbers."""
+    for field in fields(kind):
+        if not isinstance(row[field.name], field.type):
+            raise TypeError(f"{field.name} is no {field.type.__name__}")
+    return kind(**row)
+
+
+def record(group, name):
+    columns = {}
+    for column, values in table(group).items():
+        stated = attributes(group[column])
+        columns[column] = Column(
+            name=plain(column),
+            values=np.asarray(values),
+            symbol=stated.get("symbol", ""),
+            dimension=stated.get("dimension", ""),
+            meaning=stated.get("meaning", ""),
+        )
+    return Record(name=plain(name), title=attributes(group).get("title", ""), columns=columns)
+
+
+def reference(group, name):
+    stated = attributes(group)
+    return Reference(
+        id=plain(name),
+        **{key: stated.get(key, "") for key in ("kind", "source", "obtained", "command", "sha256")},
+        columns=record(group, name),
+    )
+
+
+def read(file, path):
+    """Values of an open result file."""
+    top = attributes(file)
+    case = attributes(file["case"]) if "case" in file else {}
+    return Result(
+        file=path,
+        **{key: top[key] for key in ("id", "title", "question", "equation", "driver", "tier", "verdict")},
+        case_id=top.get("case_id", top["id"]),
+        variant=top.get("variant", ""),
+        topics=list(top["topics"]),
+        sources=list(top["sources"]),
+        findings=int(top["findings"]),
+        error_kind=top.get("error_kind", ""),
+        error_message=top.get("error_message", ""),
+        warnings=list(top.get("warnings", [])),
+        case_text=plain(file["case"][()]) if "case" in file else "",
+        case_path=case.get("path", ""),
+        overrides=list(case.get("overrides", [])),
+        assumed=rows(file, "assumed"),
+        built=rows(file, "plan/built"),
+        left_out=rows(file, "plan/left_out"),
+        provenance={key: str(value) for key, value in attributes(file["provenance"]).items()},
+        records={name: record(group, name) for name, group in file.get("records", {}).items()},
+        metrics=[typed(Metric, row) for row in rows(file, "metrics")],
+        checks=[typed(Check, row) for row in rows(file, "checks")],
+        references=[reference(group, name) for name, group in file.get("references", {}).items()],
+        timing=rows(file, "timing"),
+    )
+
+
+def check_seal(path):
+    """Raises UnreadableResult unless the file is one of veriflex and whole: damage crashes the HDF5 library."""
+    again = "Run the case again, or remove the file"
+    if not stat.S_ISREG(path.stat().st_mode):  # a pipe would be waited for
+        raise UnreadableResult(f"{path}: no file (a folder, pipe or device). Remove it")
+    with path.open("rb") as file:
+        seal = file.read(SEAL)
+        if not seal.startswith(FORMAT.encode() + b"\n"):
+            raise UnreadableResult(
+                f"{path}: no checksum in front (no result of veriflex, or one of an earlier version). {again}"
+            )
+        words = dict(line.split(b" ", 1) for line in seal.split(b"\n") if b" " in line)
+        size = path.stat().st_size - SEAL
+        whole = len(seal) == SEAL and words.get(b"bytes") == str(size).encode()
+        if not whole or words.get(b"sha256") != hashlib.file_digest(file, "sha256").hexdigest().encode():
+            raise UnreadableResult(f"{path}: does not match its checksum (damaged or truncated). {again}")
+
+
+def load(path):
+    """Result file as a Result; UnreadableResult names the file, what is wrong and what to do."""
+    path = Path(path)
+    again = "Run the case again"
+    try:
+        check_seal(path)
+        with h5py.File(path, "r") as file:
+            form, schema = plain(file.attrs.get("format", "")), plain(file.attrs.get("schema", 0))
+            if form != FORMAT:
+                raise UnreadableResult(
+                    f'{path}: not a result of veriflex (attribute format is "{form}", not "{FORMAT}"). '
+                    "Move it out of the results folder"
+                )
+            if schema != SCHEMA:
+                raise UnreadableResult(
+                    f"{path}: schema {schema} (this script reads schema {SCHEMA}). "
+                    "Use the script of the revision that wrote the file, or run the case again"
+                )
+            return read(file, path)
+    except UnreadableResult:
+        raise
+    except FileNotFoundError as problem:
+        raise UnreadableResult(f"{path}: cannot be read (a link to nothing). Remove it") from problem
+    except PermissionError as problem:
+        raise UnreadableResult(f"{path}: cannot be read ({problem.strerror}). Change its permissions") from problem
+    except OSError as problem:
+        raise UnreadableResult(f"{path}: damaged or truncated ({problem}). {again}") from problem
+    except Exception as problem:  # whatever a file may hold, it is one row of the report and not its end
+        why = problem.args[0] if problem.args else type(problem).__name__
+        raise UnreadableResult(f"{path}: not as schema {SCHEMA} says ({why}). {again}") from problem
+
+
+def load_all(folder):
+    """Results and Unreadables of all *.h5 in a folder, each sorted by the stem of its name."""
+    results, unreadable = [], []
+    for path in sorted(Path(folder).glob("*.h5"), key=lambda path: path.stem):
+        try:
+            results.append(load(path))
+        except UnreadableResult as problem:
+            unreadable.append(Unreadable(path, plain(str(problem))))
+    return results, unreadable

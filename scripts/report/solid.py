@@ -1,0 +1,151 @@
+"""Figures of lattice-spring bodies: bending, buckling, waves, stability, periods."""
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from report.drawing import (
+    Figure,
+    MARK,
+    canvas,
+    column_label,
+    drawable,
+    extent,
+    inline_svg,
+    label_points,
+    legend_above,
+    quantity,
+)
+
+
+def period_precision(result, record, key):
+    """Error of each row against its run time, the timing phase `<record>/<row>`, and against the steps; both log-log.
+
+    Sub-steps of an outer step, the record `substeps`, are drawn beside plain steps.
+    """
+    if not record.has("steps_per_period"):
+        return None
+    times = {row["phase"]: row["wall_seconds"] for row in result.timing}
+    drawing, axes = canvas(panels=2, height=5.2)
+    handles, all_steps = [], []
+    styles = (("work_precision", "steps_per_period", "plain steps", "o-"), ("substeps", "substeps", "sub-steps of 1", "s--"))
+    for colour, (name, labels, legend, style) in enumerate(styles):
+        rows = result.records.get(name)
+        if not drawable(rows, "steps_per_period", "error", labels):
+            continue
+        seconds = np.array([times.get(f"{name}/{row}", np.nan) for row in range(len(rows))])
+        error, steps = rows["error"], rows["steps_per_period"]
+        drawn = (error > 0) & (seconds > 0)
+        if not drawn.any():
+            continue
+        handles += axes[0].loglog(1000 * seconds[drawn], error[drawn], style, color=f"C{colour}", label=legend)
+        for x, y, label in zip(1000 * seconds[drawn], error[drawn], rows[labels][drawn]):
+            axes[0].annotate(f"{label:.0f}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7)
+        axes[1].loglog(steps[drawn], error[drawn], style, color=f"C{colour}")
+        if not all_steps:
+            first = np.flatnonzero(drawn)[0]
+            line = 0.4 * error[first] * (steps[drawn] / steps[first]) ** -2
+            axes[1].plot(steps[drawn], line, ":", color=f"C{colour}", linewidth=1)
+            label_points(axes[1], steps[drawn])
+        all_steps.extend(steps[drawn])
+    if not all_steps:
+        return None
+    axes[0].set_xlabel("run time of the row [ms]; labels: steps per period, or sub-steps")
+    axes[1].set_xlabel(column_label(record.columns["steps_per_period"]))
+    for panel in axes:
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.set_ylabel("relative error [1]")
+        panel.margins(x=0.12, y=0.15)
+    if len(handles) > 1:
+        legend_above(axes[0], handles)
+    caption = "What accuracy a second of computing buys; dotted: second order. One run each: read the times to a factor of two."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def boundary(result, record, key):
+    """First failing time step and the linear limit, against whichever of noise and pre-strain varies."""
+    if not drawable(record, "amplitude", "prestrain", "dt", "dt_min", "dt_max", "linear_limit"):
+        return None
+    varied = "prestrain" if np.ptp(record["prestrain"]) > 0 else "amplitude"
+    x = record[varied]
+    drawing, (axes,) = canvas(height=3.5)
+    low, high = record["dt"] - record["dt_min"], record["dt_max"] - record["dt"]
+    label = "first failing step, median and range of the noises"
+    handles = [axes.errorbar(x, record["dt"], yerr=[low, high], fmt="o-", color="C0", capsize=3, label=label)]
+    limit = r"linear limit $2/\omega_{max}$ of the strained body"
+    handles += axes.plot(x, record["linear_limit"], "s--", color="C1", label=limit)
+    for reference in result.references:
+        if drawable(reference.columns, varied, "dt"):
+            points = reference.columns
+            handles += axes.plot(points[varied], points["dt"], "D", color="C3", mfc="none", label="another program")
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.1)
+    if varied == "amplitude":
+        axes.set_xscale("log")
+        label_points(axes, np.unique(x))
+    axes.set_xlabel(column_label(record.columns[varied]))
+    axes.set_ylabel("time step [T]")
+    legend_above(axes, handles)
+    caption = "Time step at which leap-frog first fails, and where small oscillations become unstable."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def elastica(result, record, key):
+    """Tip of the bent beam, one marker per length, on the curve of the elastica; deflection above, reach below."""
+    exact = result.records.get("elastica_exact")
+    if not drawable(record, "length", "load", "deflection", "reach") or not drawable(exact, "load", "deflection", "reach"):
+        return None
+    drawing, panels = canvas(2, height=5.0, sharex=True)
+    lengths = np.unique(record["length"])
+    for axes, name in zip(panels, ("deflection", "reach")):
+        handles = axes.plot(exact["load"], exact[name], "-", color="#222222", linewidth=1.2, label="elastica")
+        for number, (length, marker) in enumerate(zip(lengths, "os^Dvx*P")):
+            rows = record["length"] == length
+            handles += axes.plot(
+                record["load"][rows], record[name][rows], marker, color=f"C{number % 6}", linestyle="none",
+                markerfacecolor="none", label=f"L = {length:.4g}",
+            )  # fmt: skip
+        axes.set_ylabel(f"{name} over length [1]")
+    legend_above(panels[0], handles)
+    panels[-1].set_xlabel(column_label(record.columns["load"]))
+    caption = "Tip of the clamped beam under a dead load: along the load (above) and along the undeformed axis (below)."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def buckling(result, record, key):
+    """Critical load over Euler's against slenderness, beside the two theories with shear."""
+    if not drawable(record, "length", "load", "euler", "engesser", "haringx"):
+        return None
+    drawing, (axes,) = canvas()
+    length, euler = record["length"], record["euler"]
+    handles = axes.plot(length, record["load"] / euler, "o", color="C0", markerfacecolor="none", label="measured")
+    handles += axes.plot(length, record["engesser"] / euler, "-", color="C1", label="Engesser: thrust along the axis")
+    handles += axes.plot(length, record["haringx"] / euler, ":", color="C2", label="Haringx: thrust normal to sections")
+    handles.append(Line2D([], [], label="Euler", **MARK))
+    axes.axhline(1, **MARK)
+    axes.set_xscale("log")
+    label_points(axes, length)
+    axes.set_xlabel(column_label(record.columns["length"]))
+    axes.set_ylabel("critical load over Euler's [1]")
+    legend_above(axes, handles)
+    caption = "Critical load of the pinned column over Euler's; both theories with shear are those of the compressed lattice."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def standing_waves(result, record, key):
+    """Frequency of standing waves against the wave number: measured, of the lattice with and without steps, of long waves."""
+    if not drawable(record, "wave_number", "omega", "omega_leapfrog", "omega_lattice", "omega_continuum"):
+        return None
+    drawing, (axes,) = canvas()
+    k, top = record["wave_number"], 1.25 * extent(np.maximum(record["omega"], record["omega_lattice"]))[1]
+    handles = axes.plot(k, record["omega"], "o", color="C0", markerfacecolor="none", label="measured")
+    handles += axes.plot(k, record["omega_leapfrog"], "-", color="C1", label="lattice in leap-frog's steps")
+    handles += axes.plot(k, record["omega_lattice"], "--", color="C2", label="lattice")
+    handles += axes.plot(k, record["omega_continuum"], ":", color="C3", label="long waves")
+    axes.set_xlim(left=0)
+    axes.set_ylim(0, top or 1.0)
+    axes.set_xlabel(column_label(record.columns["wave_number"]))
+    axes.set_ylabel(quantity("angular frequency", "", record.columns["omega"].dimension))
+    legend_above(axes, handles)
+    caption = "Dispersion of standing waves, measured by dynamics."
+    return Figure(caption, inline_svg(drawing, key, caption))

@@ -1,0 +1,131 @@
+#include "engine/renamed.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+
+#include "engine/reference.hpp"
+
+namespace veriflex::engine {
+
+namespace {
+
+// A key of the tables called `table`, wherever they stand in the case; empty: at the top.
+struct Renamed {
+  std::string_view table, was, now;
+};
+
+constexpr std::array renamed_keys{
+    Renamed{"", "asks", "question"},
+    Renamed{"", "wave", "plane_wave"},
+    Renamed{"", "waves", "dispersion"},
+    Renamed{"", "motion", "integrator"},
+    Renamed{"", "compare", "peer"},
+    Renamed{"", "watch", "monitor"},
+    Renamed{"check", "question", "kind"},
+    Renamed{"bond", "depth", "epsilon"},
+    Renamed{"bond", "diameter", "sigma"},
+    Renamed{"bond", "attraction", "fene_k"},
+    Renamed{"bond", "reach", "r_max"},
+    Renamed{"compared_bond", "depth", "epsilon"},
+    Renamed{"compared_bond", "diameter", "sigma"},
+    Renamed{"compared_bond", "attraction", "fene_k"},
+    Renamed{"compared_bond", "reach", "r_max"},
+    Renamed{"coupling", "live", "subcycled"},
+    Renamed{"coupling", "force", "allow_unstable"},
+    Renamed{"coupling", "iterations", "forcing_iterations"},
+    Renamed{"immersed", "iterations", "forcing_iterations"},
+    Renamed{"point", "live", "subcycled"},
+};
+
+// Values that are names too.
+struct RenamedValue {
+  std::string_view path, was, now;
+};
+
+constexpr std::array renamed_values{
+    RenamedValue{"driver", "wave", "plane-wave"},
+    RenamedValue{"driver", "waves", "dispersion"},
+    RenamedValue{"driver", "motion", "integrator"},
+    RenamedValue{"driver", "compare", "peer"},
+    RenamedValue{"driver", "filament-companions", "filament-sensitivity"},
+    RenamedValue{"solid.lateral", "held", "fixed"},
+    RenamedValue{"check[].question", "code", "verification"},
+    RenamedValue{"check[].kind", "code", "verification"},
+};
+
+// The last part of a dotted path, and the name of the table it stands in.
+std::pair<std::string_view, std::string_view> parts(std::string_view path) {
+  const std::size_t dot = path.rfind('.');
+  if (dot == std::string_view::npos) return {"", path};
+  std::string_view table = path.substr(0, dot);
+  table = table.substr(table.rfind('.') + 1);  // npos + 1 is 0
+  if (table.ends_with("[]")) table.remove_suffix(2);
+  return {table, path.substr(dot + 1)};
+}
+
+std::string is_now(std::string_view was, std::string_view now) {
+  return fmt::format("'{}' is now '{}'", was, now);
+}
+
+// What is old about one key of a case and its value.
+std::vector<std::string> old_in(const io::Table::Entry& entry) {
+  std::vector<std::string> found;
+  std::string_view path = entry.path;
+  if (path.starts_with("assumed.")) {  // its keys are paths
+    path.remove_prefix(8);
+    const std::string_view first = path.substr(0, path.find('.'));
+    if (const auto now = present_name(first)) found.push_back(is_now(first, *now));
+  }
+  if (const auto now = present_name(path)) found.push_back(is_now(parts(path).second, *now));
+  if (!entry.text) return found;
+  for (const RenamedValue& one : renamed_values) {
+    if (one.path == path && one.was == *entry.text) found.push_back(is_now(one.was, one.now));
+  }
+  const std::vector<std::string>& kinds = target_kinds();
+  if (path == "check[].kind" && std::find(kinds.begin(), kinds.end(), *entry.text) != kinds.end()) {
+    found.push_back(is_now("kind", "target_kind"));
+  }
+  return found;
+}
+
+}  // namespace
+
+std::optional<std::string> present_name(std::string_view path) {
+  const auto [table, key] = parts(path);
+  for (const Renamed& one : renamed_keys) {
+    if (one.table == table && one.was == key) return std::string(one.now);
+  }
+  return std::nullopt;
+}
+
+std::optional<std::string> present_option(std::string_view word) {
+  if (!word.starts_with("--")) return std::nullopt;
+  std::optional<std::string> now =
+      present_name(fmt::format("bond.{}", word.substr(2, word.find('=') - 2)));  // npos - 2 is far enough
+  if (!now) return std::nullopt;
+  std::replace(now->begin(), now->end(), '_', '-');
+  return "--" + *now;
+}
+
+std::vector<InputError> old_names(const io::Table& top) {
+  std::vector<InputError> errors;
+  std::vector<std::string> said;
+  for (const io::Table::Entry& entry : top.entries()) {
+    for (const std::string& what : old_in(entry)) {
+      if (std::find(said.begin(), said.end(), what) == said.end()) said.push_back(what);
+      errors.emplace_back(entry.place, what, "since schema 2", "Write the new name");
+    }
+  }
+  const std::int64_t schema = top.integer("schema", 0, 1'000'000);
+  if (schema == case_schema) return errors;
+  return {InputError(
+      top.place("schema"), fmt::format("'schema' is {}", schema),
+      said.empty() ? std::string("this program reads schema 2")
+                   : fmt::format("in schema 2, {}", fmt::join(said, ", ")),
+      fmt::format("{}schema = {}", said.empty() ? "Write " : "Write the new names and ", case_schema))};
+}
+
+}  // namespace veriflex::engine

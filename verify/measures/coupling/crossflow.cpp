@@ -1,0 +1,284 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/reduce.hpp"
+#include "engine/check_coupling.hpp"
+#include "engine/check_place.hpp"
+#include "engine/read_scene.hpp"
+#include "measures/coupling/run_monitored.hpp"
+#include "measures/drivers.hpp"
+#include "measures/solid/beam_section.hpp"
+#include "scene/simulation.hpp"
+#include "solid/modes.hpp"
+
+// A clamped rod in a stream across it. Once it is at rest the fluid's forces on its nodes, as the coupling
+// exchanged them, are a static load, and its deflection must be that of a beam under this load.
+
+namespace veriflex::measures {
+
+namespace {
+
+using observe::Observations;
+using observe::Record;
+
+struct Crossflow {
+  fluid::Spec fluid;
+  solid::Material material;
+  solid::Rod rod;
+  scene::CouplingSpec coupling;
+  double node_mass;
+  int substeps;
+  std::int64_t clamped;   // sections that are held
+  Place node_mass_place;  // in the case, where an unstable coupling is reported
+  double steady_change;   // of the tip's deflection per step, over it
+  std::int64_t step_limit;
+  observe::MonitorSpec monitor;
+
+  double length() const { return static_cast<double>(rod.sections - clamped) * rod.spacing; }
+};
+
+constexpr std::int64_t between_looks = 100;
+
+/// The rod along y, its clamped end at smaller y, in the middle of the box; the stream along z.
+scene::Body body_of(const Crossflow& study) {
+  solid::Network network = solid::rod_lattice(study.rod);
+  solid::add_angles(network);
+  network.rest = scene::turned(network.rest, 1);
+  network.vectors = scene::turned(network.vectors, 1);
+  solid::Conditions conditions;
+  conditions.node_mass = study.node_mass;
+  conditions.fixed = solid::FixedDofs::Constant(network.node_count(), 3, false);
+  for (Eigen::Index i = 0; i < network.node_count(); ++i) {
+    if (network.rest(i, 1) < (static_cast<double>(study.clamped) - 0.5) * study.rod.spacing) {
+      conditions.fixed.row(i).setConstant(true);
+    }
+  }
+  return {study.material, std::move(network), conditions, {study.substeps, 0.0}};
+}
+
+/// What acts on a section, or what it does.
+struct Section {
+  double place;       // from the last clamped section  [L]
+  double force;       // along z  [M L T^-2]
+  double couple;      // of the forces along y, towards a positive slope  [M L^2 T^-2]
+  double deflection;  // mean of its nodes along z  [L]
+};
+
+std::vector<Section> sections_of(const Crossflow& study, const scene::Simulation& simulation) {
+  std::vector<Section> sections(static_cast<std::size_t>(study.rod.sections));
+  const solid::Network& network = simulation.network();
+  const auto at = [&](Eigen::Index node) -> Section& {
+    return sections[static_cast<std::size_t>(std::llround(network.rest(node, 1) / study.rod.spacing))];
+  };
+  for (std::size_t s = 0; s < sections.size(); ++s) {
+    sections[s].place = (static_cast<double>(s) - static_cast<double>(study.clamped - 1)) * study.rod.spacing;
+  }
+  const Eigen::Index per_section = network.node_count() / study.rod.sections;
+  for (Eigen::Index i = 0; i < network.node_count(); ++i) {
+    at(i).deflection += simulation.solid().displacement()(i, 2) / static_cast<double>(per_section);
+  }
+  const std::vector<std::int32_t>& coupled = simulation.coupled();
+  for (std::size_t i = 0; i < coupled.size(); ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    at(coupled[i]).force += simulation.exchanged()(row, 2);
+    at(coupled[i]).couple -= network.rest(coupled[i], 2) * simulation.exchanged()(row, 1);
+  }
+  sections.erase(sections.begin(), sections.begin() + (study.clamped - 1));
+  return sections;
+}
+
+/// Timoshenko's beam, clamped at place 0, under the forces and couples of its sections.
+double beam_deflection(const std::vector<Section>& sections, double place, double bending, double shear) {
+  double sum = 0.0;
+  for (const Section& s : sections) {
+    const double near = std::min(s.place, place), far = std::max(s.place, place);
+    sum += s.force * (near * near * (3.0 * far - near) / (6.0 * bending) + near / shear);
+    sum += s.couple * (place < s.place ? place * place : s.place * (2.0 * place - s.place)) / (2.0 * bending);
+  }
+  return sum;
+}
+
+/// Until the tip rests.
+void march_to_rest(const Crossflow& study, scene::Simulation& simulation, Progress& progress,
+                   const std::function<void()>& look_when_due) {
+  const auto tip = [&] { return sections_of(study, simulation).back().deflection; };
+  double before = 0.0;
+  for (;;) {
+    for (std::int64_t step = 0; step < between_looks; ++step) {
+      simulation.advance();
+      look_when_due();
+    }
+    const double now = tip();
+    const double change = relative_to(now - before, now) / between_looks;
+    progress.show("steps", static_cast<std::size_t>(simulation.fluid().steps()),
+                  static_cast<std::size_t>(study.step_limit));
+    if (change <= study.steady_change) return;
+    if (simulation.fluid().steps() + between_looks > study.step_limit) {
+      throw NumericalFailure(
+          fmt::format(
+              "step {}: the tip still moves by {:.3g} of its deflection a step, at rest means at most {:.3g}",
+              simulation.fluid().steps(), change, study.steady_change),
+          FailureMode::NotConverged);
+    }
+    before = now;
+  }
+}
+
+/// In the middle of the box.
+scene::CouplingSpec coupling_of(const Crossflow& study) {
+  scene::CouplingSpec coupling = study.coupling;
+  const auto& size = study.fluid.grid.size;
+  const double extent = static_cast<double>(study.rod.sections - 1) * study.rod.spacing;
+  coupling.origin = {static_cast<double>(size[0] / 2), 0.5 * (static_cast<double>(size[1]) - extent),
+                     static_cast<double>(size[2] / 2)};
+  coupling.axis = 1;
+  return coupling;
+}
+
+/// Refuses a rod that has no room in its box.
+void check(const Crossflow& study, const Place& box) {
+  const double across = 2.0 * std::floor(study.rod.radius) * study.rod.spacing;
+  const double along = static_cast<double>(study.rod.sections - 1) * study.rod.spacing;
+  engine::check_images(study.fluid, study.coupling.delta, {across, along, across}, Vec3::Zero(), "the rod",
+                       box);
+  try {
+    engine::check_supports(study.fluid, study.coupling.delta,
+                           scene::markers_at_rest(body_of(study).network, coupling_of(study)), Vec3::Zero(),
+                           "the rod", box);
+  } catch (const BadParameter& bad) {  // a listed node that the body has not
+    throw InputError(box, bad.problem, bad.why, bad.suggestion);
+  }
+}
+
+void run(const Crossflow& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+  const scene::CouplingSpec coupling = coupling_of(study);
+  seen.metrics.push_back({"coupling_growth", 0.0, "1", "largest factor a step of the linearised exchange"});
+  engine::check_coupling(study.fluid, body_of(study), coupling, "the rod", study.node_mass_place,
+                         seen.metrics.back().value, progress);
+  cost.finish("stability of the coupling");
+  scene::Simulation simulation(study.fluid, body_of(study), coupling);
+  run_monitored(
+      simulation.fluid(), study.monitor, "the stream",
+      [&](const std::function<void()>& look_when_due) {
+        march_to_rest(study, simulation, progress, look_when_due);
+      },
+      [&]() -> std::vector<Record> { return {last_good_nodes(simulation.positions(), "the rod")}; });
+  cost.finish("run_steps");
+
+  const scene::SolidSpec spec{.shape = study.rod, .angle_stiffness = study.material.angle_stiffness};
+  const BeamSection section = section_of(study.material, spec, study.rod.spacing);
+  const double shear = shear_factor(spec) * section.shear;
+  const std::vector<Section> sections = sections_of(study, simulation);
+
+  // The lattice's own linear statics under the same forces, node by node.
+  const solid::Network& network = simulation.network();
+  Positions load = Positions::Zero(network.node_count(), 3);
+  for (std::size_t i = 0; i < simulation.coupled().size(); ++i) {
+    load.row(simulation.coupled()[i]) = simulation.exchanged().row(static_cast<Eigen::Index>(i));
+  }
+  const solid::FixedDofs held = body_of(study).conditions.fixed;
+  const double omega = solid::largest_frequency(
+      study.material, network, Positions::Zero(network.node_count(), 3), held, study.node_mass);
+  const Positions still = solid::linear_response(study.material, network, held, load);
+  const Positions& u = simulation.solid().displacement();
+  const double lattice = largest_magnitude(u - still) / largest_magnitude(u);
+
+  Record record{
+      "deflection",
+      "Deflection of the rod in the stream, and of Timoshenko's beam under the forces that it bears",
+      {{"place", "y", "L", "from the last clamped section", {}},
+       {"deflection", "w", "L", "mean over a section", {}},
+       {"beam", "", "L", "Timoshenko's beam", {}},
+       {"beam_without_shear", "", "L", "Euler's beam", {}},
+       {"force", "", "M L T^-2", "of the fluid on a section, along the stream", {}}}};
+  double worst = 0.0, total = 0.0;
+  const double tip = sections.back().deflection;
+  for (const Section& s : sections) {
+    const double beam = beam_deflection(sections, s.place, section.bending(), shear);
+    record.append({s.place, s.deflection, beam,
+                   beam_deflection(sections, s.place, section.bending(), INFINITY), s.force});
+    worst = worse(worst, std::abs(s.deflection - beam) / std::abs(tip));
+    total += s.force;
+  }
+  const double beam_tip = record.find("beam")->values.back();
+  seen.records.push_back(record);
+  const std::vector<observe::Metric> metrics{
+      {"tip_deflection", tip, "L", "along the stream"},
+      {"tip_slope", tip / study.length(), "1", "tip deflection over length"},
+      {"tip_ratio", tip / beam_tip, "1", "over Timoshenko's"},
+      {"beam_error", worst, "1", "largest distance from Timoshenko's beam, over the tip's deflection"},
+      {"lattice_error", lattice, "1",
+       "largest distance of a node from the lattice's linear statics, over the largest displacement"},
+      {"shear_share", 1.0 - record.find("beam_without_shear")->values.back() / beam_tip, "1",
+       "of the tip's deflection that is due to shear"},
+      {"end_share", sections.back().force / total, "1", "of the force that acts on the free end's section"},
+      {"steps", static_cast<double>(simulation.fluid().steps()), "T", "until the tip rested"},
+      {"dt_over_limit", 0.5 * omega / study.substeps, "1",
+       "sub-step over the linear limit 2/omega_max at rest"}};
+  seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
+}
+
+}  // namespace
+
+engine::Study read_crossflow(const io::Table& top) {
+  const bond::AnyLaw law = engine::read_law(top);
+  const scene::SolidSpec solid = engine::read_solid(top, law, engine::read_derivation(top, law).rest_length);
+  const auto* rod = std::get_if<solid::Rod>(&solid.shape);
+  if (rod == nullptr) {
+    top.table("solid").fail("shape", "the body is not a rod", "the stream meets a round section",
+                            "Write shape = \"rod\"");
+  }
+  const io::Table t = top.table("crossflow");
+  const Crossflow study{.fluid = engine::read_fluid(top),
+                        .material = {law, solid.angle_stiffness},
+                        .rod = *rod,
+                        .coupling = engine::read_coupling(top),
+                        .node_mass = t.number("node_mass"),
+                        .substeps = static_cast<int>(t.integer("substeps", 1, 10000)),
+                        .clamped = t.integer("clamped", 1, 100),
+                        .node_mass_place = t.place("node_mass"),
+                        .steady_change = t.number("steady_change"),
+                        .step_limit = t.integer("step_limit", between_looks, 1'000'000'000),
+                        .monitor = engine::read_monitor(top)};
+  if (!(solid.angle_stiffness > 0.0)) {
+    top.table("bond").fail("law", "a rod of bonds alone", "without angles it has no shear stiffness",
+                           "Add [angle] stiffness");
+  }
+  if (!(study.node_mass > 0.0)) {
+    t.fail("node_mass", fmt::format("'node_mass' is {}", study.node_mass), "it must be positive",
+           "1 is the paper's");
+  }
+  if (!(study.steady_change >= 1e-14)) {
+    t.fail("steady_change", fmt::format("'steady_change' is {}", study.steady_change),
+           "round-off never comes to rest", "Give for example 1e-7");
+  }
+  if (study.clamped + 2 > rod->sections) {
+    t.fail("clamped", fmt::format("{} of {} sections are held", study.clamped, rod->sections),
+           "nothing would bend", "Hold fewer");
+  }
+  const Vec3& g = study.fluid.body_force;
+  if (!(g[2] > 0.0) || g[0] != 0.0 || g[1] != 0.0) {
+    top.table("fluid").fail("body_force", "it does not drive a stream along z",
+                            "the rod lies along y and bends towards z", "Give for example [0.0, 0.0, 1e-8]");
+  }
+  scene::Plan plan = engine::read_plan(
+      top, {.law = law,
+            .solid = solid,
+            .method = fmt::format("leap-frog, {} sub-steps, first sections held", study.substeps),
+            .moves = true,
+            .fluid = study.fluid,
+            .coupling = study.coupling});
+  check(study, top.table("fluid").place("nodes"));
+  return {
+      .plan = std::move(plan),
+      .measures = {"tip_deflection", "tip_slope", "tip_ratio", "beam_error", "lattice_error", "shear_share",
+                   "end_share", "steps", "dt_over_limit", "coupling_growth", "deflection.deflection"},
+      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+        run(study, seen, progress, cost);
+      }};
+}
+
+}  // namespace veriflex::measures

@@ -1,0 +1,162 @@
+#include <fmt/format.h>
+
+#include <cmath>
+#include <limits>
+#include <random>
+
+#include "base/reduce.hpp"
+#include "coupling/transfer.hpp"
+#include "engine/read_scene.hpp"
+#include "measures/drivers.hpp"
+#include "measures/for_all.hpp"
+
+// What the delta kernels keep of a point force. A unit force is spread from one marker by the very transfer
+// that a coupled run uses; sums over the nodes are then the moments of D.
+// [wu-qi-2014, Eq. 8; peskin-2002; roma-1999]
+
+namespace veriflex::measures {
+
+namespace {
+
+using coupling::Delta;
+using observe::Observations;
+using observe::Record;
+
+constexpr std::int64_t side = 8;  // of the periodic box: holds every support once, and is even
+constexpr int scan_steps = 200;
+
+/// At one position of a marker.
+struct Moments {
+  double sum;        // of D h^3: 1 keeps the force
+  double imbalance;  // of D over nodes with even less those with odd x + y + z: 0 leaves checkerboards alone
+  Vec3 first;        // of (x - X) D: 0 keeps the torque, and interpolates linear fields exactly  [L]
+  double squares;    // of D^2: the share of its own force that a marker feels
+};
+
+Moments moments_at(coupling::Transfer& transfer, const Vec3& X) {
+  const Grid box{{side, side, side}};
+  transfer.locate(X.transpose());
+  Positions weights;
+  transfer.spread(Positions::Ones(1, 3), weights);
+  Moments m{0.0, 0.0, Vec3::Zero(), 0.0};
+  for (std::size_t i = 0; i < transfer.nodes().size(); ++i) {
+    const double weight = weights(static_cast<Eigen::Index>(i), 0);
+    const auto node = box.node(transfer.nodes()[i]);
+    m.sum += weight;
+    m.imbalance += (node[0] + node[1] + node[2]) % 2 == 0 ? weight : -weight;
+    m.squares += weight * weight;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto k = static_cast<Eigen::Index>(axis);
+      const double distance =
+          std::remainder(static_cast<double>(node[axis]) - X[k], static_cast<double>(side));
+      m.first[k] += distance * weight;
+    }
+  }
+  return m;
+}
+
+struct Extremes {
+  double sum_error = 0.0;
+  double sum_min = std::numeric_limits<double>::infinity();
+  double sum_mean = 0.0;
+  double imbalance = 0.0;
+  double first = 0.0;
+  double squares_min = std::numeric_limits<double>::infinity();
+  double squares_max = 0.0;
+};
+
+/// Over positions from a generator whose numbers are the same everywhere.
+Extremes extremes_of(Delta delta, std::int64_t positions) {
+  coupling::Transfer transfer({{side, side, side}}, {false, false, false}, delta);
+  std::mt19937 random(1);
+  const auto number = [&random] {
+    return static_cast<double>(side) * static_cast<double>(random()) / 4294967296.0;
+  };
+  Extremes seen;
+  for (std::int64_t i = 0; i < positions; ++i) {
+    Vec3 X;
+    for (double& x : X) x = number();
+    const Moments m = moments_at(transfer, X);
+    seen.sum_error = worse(seen.sum_error, std::abs(m.sum - 1.0));
+    seen.sum_min = std::min(seen.sum_min, m.sum);
+    seen.sum_mean += m.sum / static_cast<double>(positions);
+    seen.imbalance = worse(seen.imbalance, std::abs(m.imbalance));
+    seen.first = worse(seen.first, m.first.cwiseAbs().maxCoeff());
+    seen.squares_min = std::min(seen.squares_min, m.squares);
+    seen.squares_max = worse(seen.squares_max, m.squares);
+  }
+  return seen;
+}
+
+/// One record per moment, one column per kernel, along the diagonal of a cell.
+std::vector<Record> scans() {
+  const observe::Column offset{"offset", "", "L", "of the marker from a node, along each axis", {}};
+  std::vector<Record> records{{"delta_sums", "Sum of the weights along the diagonal of a cell", {offset}},
+                              {"delta_imbalances", "Even less odd nodes along the same diagonal", {offset}},
+                              {"delta_first_moments", "First moment along the same diagonal", {offset}}};
+  for (Record& record : records) {
+    for (int i = 0; i <= scan_steps; ++i)
+      record.columns.front().values.push_back(static_cast<double>(i) / scan_steps);
+  }
+  for (const Named<Delta>& kernel : coupling::deltas) {
+    coupling::Transfer transfer({{side, side, side}}, {false, false, false}, kernel.value);
+    const std::string name(kernel.id);
+    records[0].columns.push_back({name, "", "1", "sum of D h^3", {}});
+    records[1].columns.push_back({name, "", "1", "sum of (-1)^(x+y+z) D h^3", {}});
+    records[2].columns.push_back({name, "", "L", "sum of (x - X) D h^3, the same along each axis", {}});
+    for (const double x : records.front().columns.front().values) {
+      const Moments m = moments_at(transfer, Vec3::Constant(x));
+      records[0].columns.back().values.push_back(m.sum);
+      records[1].columns.back().values.push_back(m.imbalance);
+      records[2].columns.back().values.push_back(m.first[0]);
+    }
+  }
+  return records;
+}
+
+void run(std::int64_t positions, Observations& seen, Progress& progress, engine::Cost& cost) {
+  std::vector<Extremes> found(coupling::deltas.size());
+  for_all(found.size(), "kernels", progress,
+          [&](std::size_t i) { found[i] = extremes_of(coupling::deltas[i].value, positions); });
+  cost.finish("positions");
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const std::string name(coupling::deltas[i].id);
+    const Extremes& e = found[i];
+    const std::vector<observe::Metric> metrics{
+        {name + "_sum_error", e.sum_error, "1", "max |sum of D h^3 - 1|"},
+        {name + "_sum_min", e.sum_min, "1", "smallest sum"},
+        {name + "_sum_mean", e.sum_mean, "1", "mean sum"},
+        {name + "_imbalance", e.imbalance, "1", "max |sum of (-1)^(x+y+z) D h^3|"},
+        {name + "_first_moment", e.first, "L", "max over the axes of |sum of (x - X) D h^3|"},
+        {name + "_squares_min", e.squares_min, "1", "smallest sum of (D h^3)^2"},
+        {name + "_squares_max", e.squares_max, "1", "largest sum of (D h^3)^2"}};
+    seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
+  }
+  seen.records = scans();
+  cost.finish("scan");
+}
+
+std::vector<std::string> measures() {
+  std::vector<std::string> names;
+  for (const Named<Delta>& kernel : coupling::deltas) {
+    for (const char* what :
+         {"sum_error", "sum_min", "sum_mean", "imbalance", "first_moment", "squares_min", "squares_max"})
+      names.push_back(fmt::format("{}_{}", kernel.id, what));
+    for (const char* record : {"delta_sums.", "delta_imbalances.", "delta_first_moments."})
+      names.push_back(fmt::format("{}{}", record, kernel.id));
+  }
+  return names;
+}
+
+}  // namespace
+
+engine::Study read_delta_moments(const io::Table& top) {
+  const std::int64_t positions = top.table("delta_moments").integer("positions", 1, 100'000'000);
+  return {.plan = engine::read_plan(top, {}),
+          .measures = measures(),
+          .run = [positions](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(positions, seen, progress, cost);
+          }};
+}
+
+}  // namespace veriflex::measures

@@ -1,0 +1,262 @@
+#include "measures/filament/filament_run.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "base/reduce.hpp"
+#include "solid/modes.hpp"
+
+namespace veriflex::measures {
+
+namespace {
+
+/// Nodes of the rod's axis and those that are driven, by their numbers in rod_lattice().
+struct Places {
+  std::vector<std::int32_t> axis, driven;
+};
+
+Places places_of(const Stroke& stroke, const Positions& rest) {
+  Places places;
+  for (Eigen::Index i = 0; i < rest.rows(); ++i) {
+    const bool on_axis = rest(i, 0) == 0.0 && rest(i, 1) == 0.0;
+    if (on_axis) places.axis.push_back(static_cast<std::int32_t>(i));
+    const bool at_end = rest(i, 2) > stroke.length() - 0.5 * stroke.rod.spacing;
+    if (at_end && (on_axis || stroke.driven == Driven::Section)) {
+      places.driven.push_back(static_cast<std::int32_t>(i));
+    }
+  }
+  return places;
+}
+
+/// The free end. Whole boxes along a periodic axis are taken out of the offset: they change nothing.
+Vec3 middle_of(const Stroke& stroke) {
+  const std::array<bool, 3> walled = closed(stroke.fluid);
+  Vec3 middle = stroke.offset;
+  for (Eigen::Index i = 0; i < 3; ++i) {
+    const auto axis = static_cast<std::size_t>(i);
+    const std::int64_t size = stroke.fluid.grid.size[axis];
+    if (!walled[axis]) middle[i] = std::remainder(middle[i], static_cast<double>(size));
+    middle[i] += static_cast<double>(size / 2);
+  }
+  middle[1] -= 0.5 * stroke.length();
+  return middle;
+}
+
+Vec3 bond_vector(const scene::Simulation& simulation, std::size_t bond) {
+  const auto [i, j] = simulation.network().bonds[bond];
+  const Positions& u = simulation.solid().displacement();
+  return simulation.network().vectors.row(static_cast<Eigen::Index>(bond)) + (u.row(j) - u.row(i));
+}
+
+/// The shortest and the longest bond now.
+struct Lengths {
+  double min_square = INFINITY, max_square = -INFINITY;  // [L^2]
+  std::size_t shortest = 0, longest = 0;
+};
+
+Lengths lengths_of(const scene::Simulation& simulation) {
+  Lengths seen;
+  for (std::size_t b = 0; b < simulation.network().bonds.size(); ++b) {
+    const double square = bond_vector(simulation, b).squaredNorm();
+    if (square < seen.min_square) {
+      seen.min_square = square;
+      seen.shortest = b;
+    }
+    if (square > seen.max_square) {
+      seen.max_square = square;
+      seen.longest = b;
+    }
+  }
+  return seen;
+}
+
+/// Smallest and largest bond strain until now, of every step, and where along the rod.
+void track_strains(const scene::Simulation& simulation, const Stroke& stroke, const Lengths& now, double time,
+                   StrokeResult& seen) {
+  const solid::Network& network = simulation.network();
+  const auto place = [&](std::size_t bond) {
+    return 0.5 * (network.rest(network.bonds[bond].first, 1) + network.rest(network.bonds[bond].second, 1));
+  };
+  const double smallest = std::sqrt(now.min_square) / stroke.rod.spacing - 1.0;
+  const double largest = std::sqrt(now.max_square) / stroke.rod.spacing - 1.0;
+  if (smallest < seen.min_strain) {
+    seen.min_strain = smallest;
+    seen.min_strain_time = time;
+    seen.min_strain_place = place(now.shortest);
+  }
+  if (largest > seen.max_strain) {
+    seen.max_strain = largest;
+    seen.max_strain_time = time;
+    seen.max_strain_place = place(now.longest);
+  }
+}
+
+/// Counts the bonds' lengths.
+void count_lengths(const scene::Simulation& simulation, const Stroke& stroke, StrokeResult& seen) {
+  for (std::size_t b = 0; b < simulation.network().bonds.size(); ++b) {
+    const double length = bond_vector(simulation, b).norm();
+    if (length < stroke.short_bond) seen.share_short += 1.0;
+    const double strain = length / stroke.rod.spacing - 1.0;
+    const double bin = (strain - strain_bin_lo) / (strain_bin_hi - strain_bin_lo) * strain_bins;
+    seen.histogram[static_cast<std::size_t>(std::clamp(std::floor(bin), 0.0, strain_bins - 1.0))] += 1.0;
+  }
+}
+
+CentreLine line_of(const Positions& u, const std::vector<std::int32_t>& axis) {
+  CentreLine line(static_cast<Eigen::Index>(axis.size()), 3);
+  for (std::size_t s = 0; s < axis.size(); ++s) {
+    line.row(static_cast<Eigen::Index>(s)) = u.row(axis[s]);
+  }
+  return line;
+}
+
+/// The flow in the plane through the axis along which the end is driven.
+Frame frame_of(const fluid::Fluid& fluid, const Stroke& stroke, double phase) {
+  const Vec3 middle = middle_of(stroke);
+  const auto [nx, ny, nz] = fluid.spec().grid.size;
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t z = 0; z < nz; z += stroke.film) {
+    for (std::int64_t y = 0; y < ny; y += stroke.film) nodes.push_back(fluid.spec().grid.index(nx / 2, y, z));
+  }
+  Positions u;
+  fluid.velocities(nodes, u);
+  Frame frame{phase, Positions(u.rows(), 3), u.rowwise().norm()};
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const auto at = fluid.spec().grid.node(nodes[i]);
+    for (int axis = 0; axis < 3; ++axis) {
+      frame.place(static_cast<Eigen::Index>(i), axis) =
+          static_cast<double>(at[static_cast<std::size_t>(axis)]) - middle[axis];
+    }
+  }
+  return frame;
+}
+
+}  // namespace
+
+scene::Body body_of(const Stroke& stroke) {
+  solid::Network network = solid::rod_lattice(stroke.rod);
+  if (stroke.angle_stiffness != 0.0) solid::add_angles(network);
+  solid::Conditions conditions;
+  conditions.node_mass = stroke.node_mass;
+  conditions.drive = solid::Drive{places_of(stroke, network.rest).driven, 2, stroke.amplitude, stroke.omega(),
+                                  stroke.ramp_periods * stroke.period()};
+  network.rest = scene::turned(network.rest, 1);
+  network.vectors = scene::turned(network.vectors, 1);
+  return {{stroke.law, stroke.angle_stiffness}, std::move(network), conditions, stroke.substeps};
+}
+
+scene::CouplingSpec coupling_of(const Stroke& stroke) {
+  scene::CouplingSpec coupling = stroke.coupling;
+  coupling.origin = middle_of(stroke);
+  coupling.axis = 1;
+  return coupling;
+}
+
+double step_over_limit(const Stroke& stroke) {
+  const scene::Body body = body_of(stroke);
+  solid::FixedDofs held = solid::FixedDofs::Constant(body.network.node_count(), 3, false);
+  for (const std::int32_t node : body.conditions.drive->nodes) held(node, body.conditions.drive->axis) = true;
+  const double omega = solid::largest_frequency(
+      body.material, body.network, Positions::Zero(body.network.node_count(), 3), held, stroke.node_mass);
+  return 0.5 * omega / stroke.substeps.count;
+}
+
+scene::Simulation simulation_of(const Stroke& stroke) {
+  return {stroke.fluid, body_of(stroke), coupling_of(stroke)};
+}
+
+double Stroke::omega() const {
+  return reynolds * fluid::viscosity(fluid.relaxation_time) / (amplitude * length());
+}
+
+double Stroke::period() const { return 2.0 * std::numbers::pi / omega(); }
+
+namespace {
+
+/// The steps of run_stroke(): what is seen of them is added to `seen` as they are made.
+void run_steps(scene::Simulation& simulation, const Stroke& stroke, const std::string& name,
+               Progress& progress, StrokeResult& seen) {
+  const auto [axis, driven] = places_of(stroke, solid::rod_lattice(stroke.rod).rest);
+  const double period = stroke.period();
+  const auto check = [&] {
+    seen.last_good = {simulation.fluid().steps(), simulation.positions(),
+                      observe::check(simulation.fluid(), stroke.monitor)};
+    seen.max_mach =
+        worse(seen.max_mach, seen.last_good.fluid.max_speed / std::sqrt(fluid::sound_speed_squared));
+  };
+  check();
+  const auto every = std::max<std::int64_t>(1, std::llround(period / 64.0));
+  int next_phase = 1;
+  Positions before = simulation.solid().displacement();
+  double momentum_before = simulation.solid().momentum()[2];
+  for (std::int64_t step = 1; step <= seen.steps; ++step) {
+    simulation.advance();
+    if (step % stroke.monitor.every == 0 || step == seen.steps) check();
+    const auto time = static_cast<double>(step);
+    const Positions& now = simulation.solid().displacement();
+
+    // The drive's force is what is left of the body's momentum balance: inner forces add up to nothing.
+    const double momentum = simulation.solid().momentum()[2];
+    const double force = momentum - momentum_before - simulation.exchanged().col(2).sum();
+    momentum_before = momentum;
+    const auto in_period =
+        std::min<std::int64_t>(static_cast<std::int64_t>((time - 0.5) / period), stroke.periods - 1);
+    seen.work[static_cast<std::size_t>(in_period)] +=
+        force * (now(driven.front(), 2) - before(driven.front(), 2));
+
+    while (next_phase * period / phases_per_period <= time &&
+           next_phase <= stroke.periods * phases_per_period) {
+      const double part = next_phase * period / phases_per_period - (time - 1.0);  // linear between two steps
+      const Positions between = (1.0 - part) * before + part * now;
+      seen.lines.push_back(line_of(between, axis));
+      seen.centre.push_back(between.colwise().mean().transpose());
+      const int into_last = next_phase - (stroke.periods - 1) * phases_per_period;
+      if (stroke.film > 0 && into_last > 0) {
+        seen.film.push_back(
+            frame_of(simulation.fluid(), stroke, static_cast<double>(into_last) / phases_per_period));
+      }
+      ++next_phase;
+    }
+    before = now;
+    const Lengths lengths = lengths_of(simulation);
+    track_strains(simulation, stroke, lengths, time / period, seen);
+    if (step % every == 0 || step == seen.steps) {
+      Moment moment{};
+      moment.time = time / period;
+      moment.min_strain = std::sqrt(lengths.min_square) / stroke.rod.spacing - 1.0;
+      moment.max_strain = std::sqrt(lengths.max_square) / stroke.rod.spacing - 1.0;
+      moment.drive = now(driven.front(), 2);
+      moment.force = force;
+      moment.centre_y = now.col(1).mean();
+      moment.slip =
+          std::sqrt(simulation.slip().squaredNorm() / static_cast<double>(simulation.slip().rows()));
+      if (time > (stroke.periods - 1) * period) count_lengths(simulation, stroke, seen);
+      seen.history.push_back(moment);
+      progress.show(name, static_cast<std::size_t>(step), static_cast<std::size_t>(seen.steps));
+    }
+  }
+}
+
+}  // namespace
+
+StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress) {
+  scene::Simulation simulation = simulation_of(stroke);
+  StrokeResult seen;
+  seen.histogram.assign(strain_bins, 0.0);
+  seen.work.assign(static_cast<std::size_t>(stroke.periods), 0.0);
+  seen.steps = static_cast<std::int64_t>(std::ceil(stroke.periods * stroke.period()));
+  try {
+    run_steps(simulation, stroke, name, progress, seen);
+  } catch (const NumericalFailure& failure) {
+    throw StrokeFailure(failure, std::move(seen));
+  }
+  double bonds = 0.0;
+  for (const double share : seen.histogram) bonds += share;
+  for (double& share : seen.histogram) share /= bonds;
+  seen.share_short /= bonds;
+  seen.touched_nodes = simulation.touched_nodes();
+  seen.seconds = simulation.seconds();
+  return seen;
+}
+
+}  // namespace veriflex::measures

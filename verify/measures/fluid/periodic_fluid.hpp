@@ -1,0 +1,61 @@
+/// What the studies of decaying flows share: a fluid alone in a periodic box.
+#pragma once
+
+#include <algorithm>
+#include <numbers>
+#include <numeric>
+#include <span>
+#include <vector>
+
+#include "analytic/decaying_flow.hpp"
+#include "engine/read_scene.hpp"
+#include "measures/at_once.hpp"
+
+namespace veriflex::measures {
+
+/// [fluid] without walls and without a force, which these flows do not have.
+fluid::Spec read_periodic_fluid(const io::Table& top, engine::Varied varied);
+
+/// `nodes`: along a side, rising, each from `min` to 4096; at least `rows` of them.
+std::vector<std::int64_t> read_resolutions(const io::Table& table, std::size_t rows, std::int64_t min);
+
+/// Refuses at `relaxation_time` a run of more than 10^9 steps.
+void require_steps(const io::Table& fluid, double steps);
+
+/// `plane`: "xy", "yz" or "zx" as its two axes.
+std::array<int, 2> axes_of(const std::string& plane);
+
+/// The box of n x n nodes in that plane, one thick.
+Grid plane_box(std::int64_t n, const std::array<int, 2>& plane);
+
+/// How a fluid starts from an exact solution at time 0.
+enum class Start {
+  Balanced,         // with its viscous stress, and with the swelling that its changing pressure asks for
+  WithoutSwelling,  // with its viscous stress; what swelling lacks rings as sound
+  Equilibrium       // with neither: the velocity lags some tau behind
+};
+void start(fluid::Fluid& fluid, const analytic::DecayingFlow& flow, Start how);
+
+/// 2 pi/n  [L^-1]
+inline double wavenumber(std::int64_t n) { return 2.0 * std::numbers::pi / static_cast<double>(n); }
+
+/// Calls visit(nodes) for all nodes of a box, some at a time and in order: what is asked of all at once may
+/// take more memory than the fluid.
+template <class Visit>
+void in_parts(const Grid& grid, Visit visit) {
+  constexpr std::int64_t at_once = 65536;
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t from = 0; from < grid.count(); from += at_once) {
+    nodes.resize(static_cast<std::size_t>(std::min(at_once, grid.count() - from)));
+    std::iota(nodes.begin(), nodes.end(), from);
+    visit(std::span<const std::int64_t>(nodes));
+  }
+}
+
+/// Where a node stands  [L].
+inline Vec3 position(const Grid& grid, std::int64_t node) {
+  const auto [x, y, z] = grid.node(node);
+  return {static_cast<double>(x), static_cast<double>(y), static_cast<double>(z)};
+}
+
+}  // namespace veriflex::measures

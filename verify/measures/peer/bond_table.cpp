@@ -1,0 +1,74 @@
+// One bond at the lengths of the table's rows.
+
+#include <fmt/format.h>
+
+#include "base/error.hpp"
+#include "engine/read_scene.hpp"
+#include "measures/peer/kinds.hpp"
+#include "measures/peer/table.hpp"
+
+namespace veriflex::measures::peer {
+
+namespace {
+
+using observe::Observations;
+using observe::Record;
+
+void compare_bond(const bond::AnyLaw& law, const PeerTable& table, Observations& seen) {
+  const Interval domain = bond::domain(law);
+  std::vector<double> energy;
+  std::vector<double> force;
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    const double r = table["r"][i];
+    if (!domain.contains(r)) {
+      if (table.clamped(i)) {
+        energy.push_back(unanswered);
+        force.push_back(unanswered);
+        continue;
+      }
+      throw NumericalFailure(fmt::format("length {} of the table is outside the domain of {}, {} to {}", r,
+                                         bond::name_of(law), domain.lo, domain.hi));
+    }
+    energy.push_back(bond::energy(law, r));
+    force.push_back(-bond::tension(law, r));
+  }
+  const Errors energy_error =
+      relative_errors(minus(energy, table["energy"]), table["energy"], table.clamped());
+  const Errors force_error = relative_errors(minus(force, table["force"]), table["force"], table.clamped());
+  Record record{"bond_table",
+                "One bond: this program and its peer",
+                {{"r", "r", "L", "length of the bond", {}},
+                 {"force", "", "M L T^-2", "force, positive where the ends repel each other", {}},
+                 {"peer_force", "", "M L T^-2", "the same of the peer", {}},
+                 {"energy", "U", "M L^2 T^-2", "energy", {}},
+                 {"peer_energy", "", "M L^2 T^-2", "the same of the peer", {}},
+                 {"force_error", "", "1", "error over the largest force of the table", {}},
+                 {"energy_error", "", "1", "error over the largest energy of the table", {}},
+                 {"clamped", "", "1", "1 where the peer does not compute the stated potential", {}}}};
+  for (std::size_t i = 0; i < table.rows(); ++i) {
+    record.append({table["r"][i], force[i], table["force"][i], energy[i], table["energy"][i],
+                   force_error.by_row[i], energy_error.by_row[i], table.clamped(i) ? 1.0 : 0.0});
+  }
+  seen.records.push_back(record);
+  seen.metrics.push_back({"force_error", force_error.largest, "1", of_the_largest});
+  seen.metrics.push_back({"energy_error", energy_error.largest, "1", of_the_largest});
+  if (force_error.largest_clamped) {
+    seen.metrics.push_back({"clamped_force_error", *force_error.largest_clamped, "1",
+                            "the same over the rows left out that lie in the law's domain"});
+  }
+  count_rows(table, seen);
+}
+
+}  // namespace
+
+engine::Study read_bond_table(const io::Table& top, const io::Table& peer) {
+  const bond::AnyLaw law = engine::read_law(top);
+  const PeerTable table(peer, "table", peer.text("table"));
+  table.need({"r", "energy", "force"});
+  return {.plan = scene::plan({.law = law, .solid = std::nullopt, .method = "", .moves = false}),
+          .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows",
+                       "bond_table.r", "bond_table.force", "bond_table.energy"},
+          .run = [=](Observations& seen, Progress&, engine::Cost&) { compare_bond(law, table, seen); }};
+}
+
+}  // namespace veriflex::measures::peer
