@@ -15,6 +15,7 @@
 #include "engine/result.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
+#include "print_study.hpp"
 #include "studies/studies.hpp"
 #include "threads.hpp"
 
@@ -34,6 +35,7 @@ engine::Readers readers_for(const Options& options) {
   engine::Readers readers = studies::readers({.program = fs::read_symlink("/proc/self/exe"),
                                               .results = options.out,
                                               .threads = std::max(1, options.threads),
+                                              .judged = options.with_checks,
                                               .fresh = options.fresh,
                                               .shard = options.shard,
                                               .shards = options.shards});
@@ -71,6 +73,7 @@ Json result_json(const Result& r, const std::string& stored) {
 }
 
 void print_table(const Result& r) {
+  print_study(r.seen);
   std::size_t width = 6;
   for (const engine::Outcome& o : r.outcomes) width = std::max(width, o.measure.size());
   for (const observe::Metric& m : r.seen.metrics) {

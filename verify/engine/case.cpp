@@ -256,7 +256,10 @@ std::string name_of_variant(const std::string& id, const std::vector<std::string
   for (const std::string& override : overrides) {
     given += override + '\n';
     said += '+';
-    for (const char c : override) {
+    // Of a table its name, and the checksum tells it from others.
+    const bool is_table = override.find("={") != std::string::npos;
+    whole = whole && !is_table;
+    for (const char c : is_table ? override.substr(0, override.find('=')) : override) {
       const bool suits = std::isalnum(static_cast<unsigned char>(c)) != 0 ||
                          std::string_view("._=,-").find(c) != std::string_view::npos;
       whole = whole && suits;

@@ -108,11 +108,13 @@ std::vector<Variant> read_variants(const io::Table& table) {
 engine::Study read_ablate(const io::Table& top, const engine::Case& c, engine::Study measure,
                           const Workspace& workspace) {
   const io::Table table = top.table("ablate");
-  const Ablation ablation{.base = base_of(c),
-                          .variants = read_variants(table),
-                          .timed = table.flag("timed", false),
-                          .questions = read_questions(top, "ablate", leading_columns(), measure.measures),
-                          .workspace = workspace};
+  const Ablation ablation{
+      .base = base_of(c),
+      .variants = read_variants(table),
+      .timed = table.flag("timed", false),
+      .questions = read_questions(workspace.judged ? top.tables("check") : std::vector<io::Table>{}, "ablate",
+                                  leading_columns(), measure.measures),
+      .workspace = workspace};
   std::vector<std::string> names;
   for (std::size_t i = 1; i < ablation.variants.size(); ++i) names.push_back(ablation.variants[i].name);
   measure.plan.built.push_back(

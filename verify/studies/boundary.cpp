@@ -244,7 +244,8 @@ engine::Study read_boundary(const io::Table& top, const engine::Case& c, engine:
     table.fail("accuracy", fmt::format("'accuracy' is {}", b.accuracy), "it is relative, at least 1e-12",
                "Give for example 0.01");
   }
-  b.questions = read_questions(top, "outcome_boundary", leading_columns(b.axes), {});
+  b.questions = read_questions(workspace.judged ? top.tables("check") : std::vector<io::Table>{},
+                               "outcome_boundary", leading_columns(b.axes), {});
   measure.plan.built.push_back(
       {"boundary",
        fmt::format("runs of the case along {} from {} to {}{}{}, {} to begin with", b.key, b.from, b.to,

@@ -21,6 +21,7 @@ struct Workspace {
   std::filesystem::path program;  // this one
   std::filesystem::path results;  // folder of the study's result
   int threads = 1;
+  bool judged = true;         // the case's checks ask for numbers of the study
   bool fresh = false;         // runs rows again that are kept
   int shard = 0, shards = 1;  // of the rows this machine runs every `shards`-th, from `shard` on
 };

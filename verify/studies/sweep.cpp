@@ -109,11 +109,13 @@ engine::Study read_sweep(const io::Table& top, const engine::Case& c, engine::St
     table.fail("axes", "there are none", "a sweep changes at least one key",
                "Write for example axes = [{ key = \"fluid.relaxation_time\", values = [0.6, 1.0] }]");
   }
-  const Sweep sweep{.base = base_of(c),
-                    .axes = axes,
-                    .timed = table.flag("timed", false),
-                    .questions = read_questions(top, "sweep", columns_of(axes), measure.measures),
-                    .workspace = workspace};
+  const Sweep sweep{
+      .base = base_of(c),
+      .axes = axes,
+      .timed = table.flag("timed", false),
+      .questions = read_questions(workspace.judged ? top.tables("check") : std::vector<io::Table>{}, "sweep",
+                                  columns_of(axes), measure.measures),
+      .workspace = workspace};
   measure.plan.built.push_back(
       {"sweep", fmt::format("{} runs of the case, over {}", cells(axes).size(), in_words(axes)), 0.0});
   measure.measures = sweep.questions.measures;

@@ -97,14 +97,15 @@ void Questions::answer(const Record& table, std::vector<Metric>& metrics) const 
   }
 }
 
-Questions read_questions(const io::Table& top, const std::string& name, const std::vector<Column>& leading,
+Questions read_questions(const std::vector<io::Table>& checks, const std::string& name,
+                         const std::vector<Column>& leading,
                          const std::vector<std::string>& measured_by_a_run) {
   Record table{name, "", leading};
   for (const std::string& measure : measured_by_a_run) table.columns.push_back({measure, "", "1", "", {}});
   for (const WorkColumn& work : work_columns) table.columns.push_back({work.name, "", "1", "", {}});
   Questions questions;
   for (const Column& column : table.columns) questions.measures.push_back(name + "." + column.name);
-  for (const io::Table& check : top.tables("check")) {
+  for (const io::Table& check : checks) {
     if (!check.has("metric")) continue;
     questions.asked.push_back(engine::read_asked(check));
     check_asked(questions.asked.back(), table, check);

@@ -26,9 +26,9 @@ struct Questions {
   void answer(const observe::Record& table, std::vector<observe::Metric>& metrics) const;
 };
 
-/// Of all `[[check]]` of the case. `leading` are the columns that the study's table has before what one run
+/// Of these `[[check]]` of the case. `leading` are the columns that the study's table has before what one run
 /// measures. Throws InputError at a check that asks for what the table cannot have.
-Questions read_questions(const io::Table& top, const std::string& name,
+Questions read_questions(const std::vector<io::Table>& checks, const std::string& name,
                          const std::vector<observe::Column>& leading,
                          const std::vector<std::string>& measured_by_a_run);
 
