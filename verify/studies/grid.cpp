@@ -65,6 +65,14 @@ Axis read_axis(const io::Table& table) {
 
 }  // namespace
 
+std::string bare(const std::string& value) {
+  try {
+    return io::parse_document("value = " + value, "").text("value");
+  } catch (const InputError&) {
+    return value;
+  }
+}
+
 std::vector<Axis> read_axes(const io::Table& study, const std::string& key) {
   std::vector<Axis> axes;
   std::size_t rows = 1;
@@ -122,7 +130,7 @@ std::vector<observe::Column> columns_of(const std::vector<Axis>& axes) {
 void append(std::vector<observe::Column>& columns, const std::vector<Axis>& axes, const Cell& cell) {
   for (std::size_t a = 0; a < axes.size(); ++a) {
     if (axes[a].numbers.empty()) {
-      columns[a].texts.push_back(axes[a].values[cell[a]].front());
+      columns[a].texts.push_back(bare(axes[a].values[cell[a]].front()));
     } else {
       columns[a].values.push_back(axes[a].numbers[cell[a]]);
     }

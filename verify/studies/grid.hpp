@@ -34,6 +34,9 @@ std::vector<std::string> settings(const std::vector<Axis>& axes, const Cell& cel
 std::vector<observe::Column> columns_of(const std::vector<Axis>& axes);
 void append(std::vector<observe::Column>& columns, const std::vector<Axis>& axes, const Cell& cell);
 
+/// The word that a TOML text is, `double` of `"double"`; other values as they stand.
+std::string bare(const std::string& value);
+
 /// `relaxation_time = 0.6, 1 and 2 more; nodes = 16, 32`.
 std::string in_words(const std::vector<Axis>& axes);
 

@@ -10,6 +10,7 @@
 #include "base/error.hpp"
 #include "base/reduce.hpp"
 #include "engine/convergence.hpp"
+#include "studies/grid.hpp"
 
 namespace veriflex::studies {
 
@@ -26,7 +27,7 @@ using Rows = std::vector<std::size_t>;
 }
 
 bool holds(const Column& column, std::size_t row, const std::string& value) {
-  if (!column.texts.empty()) return column.texts[row] == value;
+  if (!column.texts.empty()) return column.texts[row] == bare(value);
   const io::Table given = io::parse_document("value = " + value, "");
   return column.values[row] == given.number("value");
 }

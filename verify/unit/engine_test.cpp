@@ -381,7 +381,7 @@ TEST_CASE(
   const std::string reason = "first \"light\"\tC:\\";
   CHECK(folder.run({"accept", "bad.toml", "--reason", reason}).code == 0);
   const Reference first = read_reference(folder.path() / "bad-baseline.toml");
-  CHECK(first.target_kind == "baseline");
+  CHECK(first.kind == "baseline");
   CHECK(first.origin->reason == reason);
   const Result result =
       run_with(read_case(folder.path() / "bad.toml", {}, studies::readers(), references), 1);

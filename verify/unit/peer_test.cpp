@@ -320,7 +320,7 @@ TEST_CASE("Records of beams, columns and waves can be held against a table of on
   struct Held {
     std::string driver, text, record, x, y, first_x;
   };
-  for (const FixedDofs& held :
+  for (const Held& held :
        {Held{"elastica", angle + chain + "[elastica]\nclamped = 2\nlengths = [6, 12]\nloads = [0.3, 1.7]\n",
              "elastica_longest", "load", "deflection", "0.3"},
         {"beam", angle + chain + "[beam]\nclamped = 2\nlengths = [6, 12]\nfrequencies = 3\n", "frequencies",

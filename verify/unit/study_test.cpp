@@ -13,7 +13,7 @@
 
 using namespace veriflex;
 using namespace veriflex::studies;
-using Catch::Matchers::ContainsSubstring;
+
 namespace fs = std::filesystem;
 using Json = nlohmann::json;
 using unit::Folder;
@@ -42,7 +42,7 @@ observe::Record table_of_errors() {
     for (const double n : {8.0, 16.0, 32.0}) {
       table.columns[0].values.push_back(factor);
       table.columns[1].values.push_back(n);
-      table.columns[2].texts.push_back(factor == 1.0 ? "\"plain\"" : "\"tripled\"");
+      table.columns[2].texts.push_back(factor == 1.0 ? "plain" : "tripled");
       table.columns[3].values.push_back(factor / (n * n));
       table.columns[4].values.push_back(5.0 + factor / (n * n));
     }
