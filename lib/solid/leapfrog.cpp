@@ -8,8 +8,8 @@
 #include "base/error.hpp"
 #include "base/reduce.hpp"
 #include "base/stop.hpp"
-#include "solid/modes.hpp"
 #include "solid/inadmissible.hpp"
+#include "solid/modes.hpp"
 
 namespace veriflex::solid {
 
@@ -51,7 +51,8 @@ void Leapfrog::divide() {
   for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {
     stiffest_ = worse(stiffest_, bond::stiffness(material_.law, work_.d.row(b).norm()));
   }
-  const FixedDofs held = conditions_.fixed.size() > 0 ? conditions_.fixed : FixedDofs::Constant(u_.rows(), 3, false);
+  const FixedDofs held =
+      conditions_.fixed.size() > 0 ? conditions_.fixed : FixedDofs::Constant(u_.rows(), 3, false);
   const double omega = largest_frequency(material_, network_, u_, held, conditions_.node_mass);
   const double wanted = std::ceil(dt_ * omega / (2.0 * wanted_.safety));
   if (!(wanted <= max_substeps)) {
@@ -68,7 +69,7 @@ bool Leapfrog::evaluate(const Positions& u) {
   });
 }
 
-// Velocities that take the held and driven coordinates where they have to be at `time`, a sub-step from now.
+// Velocities that take the fixed and driven coordinates where they have to be at `time`, a sub-step from now.
 void Leapfrog::prescribe(double time, double substep) {
   if (conditions_.fixed.size() > 0) v_ = conditions_.fixed.select(0.0, v_);
   if (const auto& drive = conditions_.drive) {

@@ -319,7 +319,7 @@ TEST_CASE("Records of beams, columns and waves can be held against a table of on
   struct Held {
     std::string driver, text, record, x, y, first_x;
   };
-  for (const FixedDofs& held :
+  for (const Held& held :
        {Held{"elastica", angle + chain + "[elastica]\nclamped = 2\nlengths = [6, 12]\nloads = [0.3, 1.7]\n",
              "elastica_longest", "load", "deflection", "0.3"},
         {"beam", angle + chain + "[beam]\nclamped = 2\nlengths = [6, 12]\nfrequencies = 3\n", "frequencies",
@@ -327,9 +327,10 @@ TEST_CASE("Records of beams, columns and waves can be held against a table of on
         {"beam", angle + chain + "[beam]\nclamped = 2\nlengths = [6, 12]\n", "cantilever", "spacings",
          "deflection", "6"},
         {"buckling", angle + chain + "[buckling]\nlengths = [8, 16]\n", "buckling", "spacings", "load", "8"},
-        {"waves",
+        {"dispersion",
          chain +
-             "[waves]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\namplitude = 1e-6\nstep_over_limit = "
+             "[dispersion]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\namplitude = "
+             "1e-6\nstep_over_limit = "
              "0.5\n" +
              "periods = 2\n",
          "standing_waves", "mode", "omega", "1"},

@@ -20,8 +20,8 @@ void run_steps(std::int64_t steps, observe::Monitor& monitor) {
   for (std::int64_t step = 0; step < steps; ++step) monitor.step();
 }
 
-void run_steps(fluid::Fluid& fluid, std::int64_t steps, const observe::MonitorSpec& monitor) {
-  observe::Monitor monitor(fluid, monitor);
+void run_steps(fluid::Fluid& fluid, std::int64_t steps, const observe::MonitorSpec& spec) {
+  observe::Monitor monitor(fluid, spec);
   run_steps(steps, monitor);
   monitor.at_end();
 }
@@ -40,8 +40,8 @@ Positions velocities_of(const fluid::Fluid& fluid, std::span<const std::int64_t>
 }
 
 void run_to_steady(fluid::Fluid& fluid, std::span<const std::int64_t> nodes, const Steady& steady,
-                   const observe::MonitorSpec& monitor) {
-  observe::Monitor monitor(fluid, monitor);
+                   const observe::MonitorSpec& spec) {
+  observe::Monitor monitor(fluid, spec);
   Positions before = velocities_of(fluid, nodes);
   double change = INFINITY;
   while (!(change <= steady.change)) {

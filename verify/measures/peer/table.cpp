@@ -11,7 +11,7 @@
 
 namespace veriflex::measures::peer {
 
-PeerTable::Table(const io::Table& peer, const std::string& key, const std::string& id)
+PeerTable::PeerTable(const io::Table& peer, const std::string& key, const std::string& id)
     : peer_(peer), key_(key) {
   const std::filesystem::path beside = std::filesystem::path(peer.place().file).parent_path();
   reference_ = engine::find_reference(id, beside, repository::references(), peer.place(key));
