@@ -4,7 +4,7 @@
 Fluid: D3Q15 BGK on two plain lattices; a node's force g adds 3 w_q c_q.g after the collision. Body: a cubic lattice of
 nodes around the axis along y, bonds and angles as lists, leap-frog with equal sub-steps. Exchange: F = V (u_f - u_s) at
 each node with fewer than six bonds, u_f interpolated with the cosine kernel on 4 x 4 x 4 nodes, u_s half a sub-step old; -F
-is spread with the same weights; with --live F follows u_s through the sub-steps and its mean is spread. The node on the axis
+is spread with the same weights; with --subcycled F follows u_s through the sub-steps and its mean is spread. The node on the axis
 at the end of larger y is at z0 sin(omega t). All is double precision in numpy, in no order that the C++ code has.
 
 Usage: filament.py lines [options]      CSV: point, y, z, y_compared, z_compared in the last period; the first law is FENE-LJ
@@ -173,7 +173,7 @@ class Stroke:
             mean = np.zeros_like(exchanged)
             before = x.copy()
             for i in range(1, options.substeps + 1):
-                if options.live:
+                if options.subcycled:
                     exchanged = options.marker_volume * (wanted - v[body.coupled])
                 mean += exchanged / options.substeps
                 force = body.force(x)
@@ -203,7 +203,7 @@ def main():
     parser.add_argument("--node-mass", type=float, default=1.0)
     parser.add_argument("--marker-volume", type=float, default=1.0)
     parser.add_argument("--substeps", type=int, default=4)
-    parser.add_argument("--live", action="store_true")
+    parser.add_argument("--subcycled", action="store_true")
     parser.add_argument("--periods", type=int, default=1)
     parser.add_argument("--ramp-periods", type=float, default=0.0)
     parser.add_argument("--offset", type=float, nargs=3, default=[0.0, 0.0, 0.0])

@@ -18,7 +18,7 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double tolerance = 1e-11;    // of eigenvalues
 constexpr double room = 0.02;          // of 1 + cos(n theta), which the polynomials divide by
-constexpr int max_terms = 200;         // of a polynomial; `room` needs 60
+constexpr int most_terms = 200;         // of a polynomial; `room` needs 60
 constexpr double series_ends = 1e-14;  // last coefficient over the largest
 constexpr double overflow =
     1e100;  // of a matrix: beyond, its norm is all that is known, and all that is asked
@@ -53,13 +53,13 @@ class FunctionOfStiffness {
  public:
   template <class G>
   FunctionOfStiffness(const Sparse& K, double stiffest, G g) : K_(K), stiffest_(stiffest) {
-    Vector values(max_terms);
-    const double half = std::numbers::pi / max_terms;
-    for (int i = 0; i < max_terms; ++i) values[i] = g(0.5 * stiffest * (1.0 - std::cos((i + 0.5) * half)));
-    for (int j = 0; j < max_terms; ++j) {
+    Vector values(most_terms);
+    const double half = std::numbers::pi / most_terms;
+    for (int i = 0; i < most_terms; ++i) values[i] = g(0.5 * stiffest * (1.0 - std::cos((i + 0.5) * half)));
+    for (int j = 0; j < most_terms; ++j) {
       double sum = 0.0;
-      for (int i = 0; i < max_terms; ++i) sum += values[i] * std::cos(j * (i + 0.5) * half);
-      terms_.push_back((j == 0 ? 1.0 : 2.0) / max_terms * sum);
+      for (int i = 0; i < most_terms; ++i) sum += values[i] * std::cos(j * (i + 0.5) * half);
+      terms_.push_back((j == 0 ? 1.0 : 2.0) / most_terms * sum);
     }
     const double largest = values.cwiseAbs().maxCoeff();
     while (terms_.size() > 1 && std::abs(terms_.back()) < series_ends * largest) terms_.pop_back();
@@ -116,13 +116,13 @@ Scales scales_of(const CoupledStep& step) {
 }
 
 std::optional<AlternatingGrowth> AlternatingGrowth::of(const CoupledStep& step, const Scales& scales) {
-  constexpr double max_iterated_markers = 2000;  // a dense matrix of them is factorised
+  constexpr double most_rounds_markers = 2000;  // a dense matrix of them is factorised
   const int n = step.substeps();
   const double stiffest = scales.stiffness * (1.0 + 1e-9);
   const double cosine = 1.0 - stiffest / (2.0 * step.node_mass() * n * n);
   const bool slow = cosine > std::cos(std::numbers::pi / n) && 1.0 + std::cos(n * std::acos(cosine)) > room;
   if (step.is_live() || step.is_damped() || !slow || !(scales.answered < 2.0 - 1e-9)) return std::nullopt;
-  if (step.iterations() > 1 && static_cast<double>(step.exchange().rows()) > max_iterated_markers)
+  if (step.iterations() > 1 && static_cast<double>(step.exchange().rows()) > most_rounds_markers)
     return std::nullopt;
   // A mode of negative stiffness -k grows by at most 1 + sqrt(k/m), whatever the fluid does.
   constexpr double fastest = 1e-2;

@@ -143,7 +143,7 @@ double answered_slip(const fluid::Spec& fluid, const Body& body, const CouplingS
 double critical_node_mass(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
                           double accuracy, FluidMemory memory) {
   constexpr double stride = 1.5;
-  constexpr int max_strides = 40;
+  constexpr int most_strides = 40;
   CoupledStep step(fluid, body, coupling, memory);
   const Scales scales = scales_of(step);
   if (memory == FluidMemory::Keeps && step.couples_free_coordinates() && scales.answered >= 2.0) {
@@ -169,7 +169,7 @@ double critical_node_mass(const fluid::Spec& fluid, const Body& body, const Coup
     while (grows_at(stable)) {
       unstable = stable;
       stable *= stride;
-      if (++strides > max_strides) {
+      if (++strides > most_strides) {
         throw NumericalFailure(fmt::format("no node mass up to {:.3g} is stable", stable),
                                FailureMode::Coupling);
       }
@@ -178,7 +178,7 @@ double critical_node_mass(const fluid::Spec& fluid, const Body& body, const Coup
     while (!grows_at(unstable)) {
       stable = unstable;
       unstable /= stride;
-      if (++strides > max_strides) return 0.0;
+      if (++strides > most_strides) return 0.0;
     }
   }
   while (stable - unstable > accuracy * unstable) {

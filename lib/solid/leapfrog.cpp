@@ -70,7 +70,7 @@ bool Leapfrog::evaluate(const Positions& u) {
   });
 }
 
-// Velocities that take the held and driven coordinates where they have to be at `time`, a sub-step from now.
+// Velocities that take the fixed and driven coordinates where they have to be at `time`, a sub-step from now.
 void Leapfrog::prescribe(double time, double substep) {
   if (conditions_.fixed.size() > 0) v_ = conditions_.fixed.select(0.0, v_);
   if (const auto& drive = conditions_.drive) {

@@ -33,7 +33,7 @@ def coupling_boundary(result, record, key):
     hollow = dict(color="C2", markersize=8, markerfacecolor="none")
     handles += axes.plot(x, record["forgetful"], "D", label="map, the fluid forgets", **hollow)
     handles += axes.plot(x, record["measured"], "o", color="C0", markersize=3.5, label="runs")
-    axes.set_ylabel("least stable node mass m [M]")
+    axes.set_ylabel("smallest stable node mass m [M]")
     axes.set_ylim(0, 1.08 * extent(np.concatenate([record[name] for name in columns[1:4]]))[1] or 1.0)
     legend_above(axes, handles)
     ratio.axhline(1.0, **MARK)
@@ -53,7 +53,7 @@ def coupling_boundary(result, record, key):
     ratio.margins(y=0.15)
     ratio.set_xlabel("way of coupling: name of the point")
     caption = (
-        "Least node mass at which the exchange of a rod with the fluid is stable: below it small motions grow. "
+        "Smallest node mass at which the coupling of a rod to the fluid is stable: below it perturbations grow. "
         "The map is one step, linearised, without the fluid's own motion."
     )
     return Figure(caption, inline_svg(drawing, key, caption))
@@ -130,8 +130,8 @@ def array_drag(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
-def rounds(result, record, key):
-    """Slip and errors of a plate against the rounds of forcing, and against run time, the phase `iterations/<row>`."""
+def forcing_iterations(result, record, key):
+    """Slip and errors of a plate against the forcing iterations, and against run time, the phase `iterations/<row>`."""
     names = {"slip": "slip", "error_force": "force, thin plate", "error_theory": "force, plate of markers"}
     if not drawable(record, "iterations", *names):
         return None
@@ -152,7 +152,7 @@ def rounds(result, record, key):
     panels[0].set_xlabel(column_label(record.columns["iterations"]))
     panels[1].set_xlabel("run time of the row [ms]")
     legend_above(panels[0], handles)
-    caption = "What more rounds of forcing buy. One run each: read the times to a factor of two."
+    caption = "What more forcing iterations buy. One run each: read the times to a factor of two."
     return Figure(caption, inline_svg(drawing, key, caption))
 
 

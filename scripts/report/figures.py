@@ -85,7 +85,7 @@ KINDS = {
     "strain_histogram": (filament.strain_histogram,),
     "modulus_deviation": (filament.modulus_deviation,),
     "array": (coupling.array_drag,),
-    "iterations": (coupling.rounds,),
+    "iterations": (coupling.forcing_iterations,),
     "rod": (coupling.rod_force,),
     "deflection": (coupling.beam_line,),
     "validity": (),

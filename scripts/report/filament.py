@@ -292,7 +292,7 @@ def first_harmonic(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
-def companion_names(result, record):
+def variant_names(result, record):
     """Variants of a record `sensitivity` in words, without the base: what metrics effect_<name> say after a colon."""
     stated = [metric.meaning.partition(": ")[2] for metric in result.metrics if metric.name.startswith("effect_")]
     if len(stated) != len(record) - 1:
@@ -305,7 +305,7 @@ def sensitivity(result, record, key):
     """Effect of each variant and the distance between the laws under it, largest effect first, logarithmic."""
     if not drawable(record, "variant", "survived", "law_deviation_z") or not record.has("effect_z") or len(record) < 2:
         return None
-    names = companion_names(result, record)
+    names = variant_names(result, record)
     effect, apart, survived = (record[name][1:] for name in ("effect_z", "law_deviation_z", "survived"))
     order = np.argsort(np.where(survived > 0, effect, -1.0), kind="stable")
     places = np.arange(len(order))

@@ -22,9 +22,9 @@ std::complex<double> oscillating_plate_force(double height, double omega, double
 
 /// The same of a plate of markers, one per h^2 and each standing for a volume h^3, whose force is spread over
 /// the nodes with these weights along the box across it: F (1/alpha + R - S/2) = 1 with S = sum w^2, alpha =
-/// (1 - (1 - S)^iterations)/S what the rounds make of a slip, and R the velocity at the markers per force, a
-/// sum over the box's waves. The slip of the bare sum f c is F/alpha; half of F S stands between it and the
-/// fluid's velocity. Continuum in time; waves decay as nu k^2.
+/// (1 - (1 - S)^iterations)/S what the forcing iterations make of a slip, and R the velocity at the markers
+/// per force, a sum over the box's waves. The slip of the bare sum f c is F/alpha; half of F S stands between
+/// it and the fluid's velocity. Continuum in time; waves decay as nu k^2.
 std::complex<double> marker_plate_force(std::span<const double> weights, int iterations, double omega,
                                         double viscosity);
 

@@ -382,7 +382,7 @@ fs::path case_named(const std::string& name, const fs::path& folder) {
 std::vector<CaseHead> find_cases(const fs::path& folder) {
   std::error_code error;
   if (!fs::is_directory(folder, error)) {
-    throw InputError({folder.string()}, "no such folder of cases", "cases are looked for there",
+    throw InputError({folder.string()}, "no such folder of cases", "cases are sought there",
                      "Give another with --cases");
   }
   std::vector<CaseHead> heads;

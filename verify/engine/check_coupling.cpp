@@ -24,8 +24,7 @@ std::string remedy(const fluid::Spec& fluid, const scene::Body& body, const scen
     }
     return fmt::format(
         "Use a node mass above {:.3g} (it is {:.3g}), softer bonds, subcycled = true with more sub-steps, or "
-        "couple "
-        "fewer nodes",
+        "couple fewer nodes",
         scene::critical_node_mass(fluid, body, coupling, accuracy), body.conditions.node_mass);
   } catch (const NumericalFailure& failure) {
     return fmt::format("No stable node mass was found ({}). Use softer bonds or couple fewer nodes",
@@ -41,20 +40,21 @@ void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const sce
   const scene::Growth found = scene::coupling_growth(fluid, body, coupling);
   growth = worse(growth, found.factor);
   if (!found.grows()) return;
-  const std::string problem =
-      fmt::format("the exchange of {} with the fluid grows by {:.4g} a step, {:.2g} times in a hundred steps",
-                  what, found.factor, std::pow(found.factor, 100.0));
+  const std::string problem = fmt::format(
+      "the coupling of {} to the fluid is unstable: perturbations grow by {:.4g} a step, {:.2g} times in "
+      "a hundred steps",
+      what, found.factor, std::pow(found.factor, 100.0));
   const std::string what_helps = remedy(fluid, body, coupling);
   if (found.factor <= scene::growth_refused || coupling.force || unstable == Unstable::Warned) {
-    progress.warn(
-        fmt::format("{} (without the fluid's own motion, which may just hold it). {}", problem, what_helps));
+    progress.warn(fmt::format("{} (without the fluid's own motion, which may just stabilise it). {}", problem,
+                              what_helps));
     return;
   }
   throw InputError(
       node_mass, problem,
-      fmt::format("no scene that grew by more than {} without the fluid's own motion was held by it",
+      fmt::format("no scene that grew by more than {} without the fluid's own motion was stabilised by it",
                   scene::growth_refused),
-      what_helps + ". To see it break, set force = true in [coupling]");
+      what_helps + ". To see it break, set allow_unstable = true in [coupling]");
 }
 
 }  // namespace veriflex::engine

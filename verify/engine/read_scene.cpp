@@ -150,7 +150,7 @@ std::optional<fluid::Walls> read_walls(const io::Table& fluid, std::size_t axis)
   return walls;
 }
 
-/// The voxels of the obstacle; a box that does not fit into memory is refused before they are looked for.
+/// The voxels of the obstacle; a box that does not fit into memory is refused before they are sought.
 std::vector<std::int64_t> read_voxels(const io::Table& fluid, const fluid::Spec& spec) {
   const fluid::Shape shape = read_obstacle(fluid);
   try {

@@ -80,7 +80,7 @@ engine::Study read_immersed(const io::Table& top);
 /// A clamped rod in a stream against a beam under the forces that were exchanged.
 engine::Study read_crossflow(const io::Table& top);
 
-/// Node mass at which the exchange of a rod with the fluid becomes unstable: linearised map against runs.
+/// Node mass at which the coupling of a rod to the fluid becomes unstable: linearised map against runs.
 engine::Study read_coupling_stability(const io::Table& top);
 
 /// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
@@ -116,7 +116,7 @@ inline const std::vector<engine::Driver>& all() {
        &read_filament_linear},
       {"immersed", "bodies of markers in prescribed motion, against known drag", &read_immersed},
       {"crossflow", "clamped rod in a stream, against a beam under the same forces", &read_crossflow},
-      {"coupling-stability", "least stable node mass of a coupled rod: linearised exchange against runs",
+      {"coupling-stability", "smallest stable node mass of a coupled rod: linearised map against runs",
        &read_coupling_stability},
       {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };

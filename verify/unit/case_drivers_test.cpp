@@ -60,7 +60,7 @@ TEST_CASE("The drivers of beams, bars and motion refuse what they cannot answer,
   refuses(measures::read_torsion,
           harmonic + angles + "[torsion]\nslenderness = 4\nsides = [3]\nsections = [8, 16]", "'sides'");
   refuses(measures::read_shear, harmonic + angles + wide + "[shear]\nwidths = [8]", "rising");
-  const std::string waves = "[waves]\npolarisation = \"transverse\"\namplitude = 1e-6\nperiods = 2\n";
+  const std::string waves = "[dispersion]\npolarisation = \"transverse\"\namplitude = 1e-6\nperiods = 2\n";
   refuses(measures::read_dispersion, harmonic + chain + waves + "modes = [1, 2]\nstep_over_limit = 0.5",
           "Add [angle]");
   refuses(measures::read_dispersion,
@@ -71,7 +71,8 @@ TEST_CASE("The drivers of beams, bars and motion refuse what they cannot answer,
   refuses(measures::read_dispersion,
           harmonic + angles + chain + waves + "modes = [1, 2]\nstep_over_limit = 1.0", "unstable from 1");
   refuses(measures::read_integrator,
-          harmonic + chain + "[motion]\nnoise = 0\nspeed = 1\nduration = 1\nsteps = [1, 2]", "'noise' is 0");
+          harmonic + chain + "[integrator]\nnoise = 0\nspeed = 1\nduration = 1\nsteps = [1, 2]",
+          "'noise' is 0");
   refuses(measures::read_invariance,
           harmonic + chain + "[invariance]\nnoise = 1\ntranslation = -1\ntime_step = 1\nsteps = 1",
           "'translation' is -1");
@@ -105,7 +106,7 @@ TEST_CASE("Theories of a body at rest refuse another spacing than the rest lengt
   refuses(measures::read_shear, harmonic + angles + wide + "spacing = 1.05\n[shear]\nwidths = [3, 6]",
           message);
   refuses(measures::read_integrator,
-          harmonic + stretched + "[motion]\nnoise = 0.01\nspeed = 0.01\nduration = 1\nsteps = [1, 2]",
+          harmonic + stretched + "[integrator]\nnoise = 0.01\nspeed = 0.01\nduration = 1\nsteps = [1, 2]",
           message);
   refuses(measures::read_oscillation,
           harmonic + "[solid]\nshape = \"pair\"\nspacing = 1.05\n" +
@@ -121,7 +122,7 @@ TEST_CASE("A stretched chain waves like a string: omega^2 = 4 s^2 (4 k_a s^2 + T
   const std::string law = "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 100.0\nrest_length = 1.0\n";
   const std::string study =
       law + "[angle]\nstiffness = 1.0\n[solid]\nshape = \"chain\"\nnodes = 21\nspacing = 1.01\n" +
-      "[waves]\npolarisation = \"transverse\"\nmodes = [1, 2]\namplitude = 1e-6\nstep_over_limit = "
+      "[dispersion]\npolarisation = \"transverse\"\nmodes = [1, 2]\namplitude = 1e-6\nstep_over_limit = "
       "0.3\nperiods = 3\n";
   CHECK(
       seen_by(measures::read_dispersion, study).record("standing_waves")->find("omega_lattice")->values[0] ==
@@ -134,7 +135,7 @@ TEST_CASE("A stretched chain waves like a string: omega^2 = 4 s^2 (4 k_a s^2 + T
 
 TEST_CASE("A time step beyond the linear limit is refused by its name") {
   const std::string study =
-      harmonic + chain + "[motion]\nnoise = 0.01\nspeed = 0.01\nduration = 2000\nsteps = [400, 800]";
+      harmonic + chain + "[integrator]\nnoise = 0.01\nspeed = 0.01\nduration = 2000\nsteps = [400, 800]";
   CHECK_THROWS_WITH(measured(measures::read_integrator, study, "energy_error"),
                     ContainsSubstring("leap-frog is unstable: the time step 5 is"));
   CHECK_THROWS_WITH(
@@ -158,7 +159,7 @@ double over_harmonic(const std::string& bond, double strain) {
 }  // namespace
 
 TEST_CASE("The exact period of a pair keeps its digits at any strain, across kinks and near limits") {
-  const std::string fene = "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n";
+  const std::string fene = "[bond]\nlaw = \"fene-lj\"\nepsilon = 1.0\nsigma = 1.0\n";
   const std::string shifted = "[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 100.0\nrest_length = 1.0\n";
   CHECK(over_harmonic(fene, 1e-4) == Approx(1.0000000464).epsilon(1e-10));
   CHECK(over_harmonic(fene, 1e-3) == Approx(1.00000462353).epsilon(1e-11));
@@ -218,7 +219,7 @@ TEST_CASE("Elastic constants are those at rest however narrow the law is") {
 TEST_CASE("A run that ends early keeps the rows before") {
   // Three noises: the last takes bonds out of the law at once.
   const std::string study =
-      "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n[solid]\nshape = \"chain\"\nnodes = 4\n"
+      "[bond]\nlaw = \"fene-lj\"\nepsilon = 1.0\nsigma = 1.0\n[solid]\nshape = \"chain\"\nnodes = 4\n"
       "[stability]\namplitudes = [0.01, 0.02, 2.0]\nseeds = 2\nsteps = 100\ngrowth = 5\nresolution = 0.05";
   const engine::Study stability = measures::read_stability(io::parse_document(study, "case.toml"));
   Progress progress("test");
@@ -235,7 +236,7 @@ TEST_CASE("Numbers without sense in the keys of these drivers are refused, not r
   refuses(measures::read_beam,
           harmonic + angles + chain + "[beam]\nlengths = [3]\nclamped = 1\nfrequencies = 9",
           "'frequencies' is 9");
-  const std::string waves = "[waves]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\nperiods = 2\n";
+  const std::string waves = "[dispersion]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\nperiods = 2\n";
   refuses(measures::read_dispersion, harmonic + chain + waves + "amplitude = 1e-308\nstep_over_limit = 0.5",
           "'amplitude' is 1e-308");
   refuses(measures::read_dispersion, harmonic + chain + waves + "amplitude = 1e-6\nstep_over_limit = 1e-308",

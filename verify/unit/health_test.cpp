@@ -69,7 +69,7 @@ source = "none"
 tolerance = { relative = 1e9, reason = "never reached" }
 )";
 
-const std::string harmonic = replaced(filament, "law = \"fene-lj\"\ndepth = 0.000287\ndiameter = 1.0407",
+const std::string harmonic = replaced(filament, "law = \"fene-lj\"\nepsilon = 0.000287\nsigma = 1.0407",
                                       "law = \"harmonic\"\nbond_stiffness = 0.26\nrest_length = 1.0");
 
 const std::string result = "out/bad.h5";
@@ -207,21 +207,23 @@ TEST_CASE(
   const Ran refused = folder.run({"run", "bad.toml", "--out", "out"});
   INFO(refused.err);
   CHECK(refused.code == 2);
-  CHECK(std::regex_search(refused.err, std::regex("bad.toml:[0-9]+:[0-9]+: the exchange of the fene-lj body "
-                                                  "with the fluid grows by [0-9.]+ a step")));
+  CHECK(std::regex_search(refused.err,
+                          std::regex("bad.toml:[0-9]+:[0-9]+: the coupling of the fene-lj body "
+                                     "to the fluid is unstable: perturbations grow by [0-9.]+ a step")));
   CHECK(refused.err.find("Use a node mass above") != std::string::npos);
 
-  break_off(folder, replaced(heavy, "[filament]", "[coupling]\nforce = true\n\n[filament]"), "step [0-9]+");
+  break_off(folder, replaced(heavy, "[filament]", "[coupling]\nallow_unstable = true\n\n[filament]"),
+            "step [0-9]+");
   const io::Hdf5File file(folder.path() / result);
   CHECK(metric(file, "coupling_growth") > 1.1);
   CHECK(folder.run({"report", "out"}).code == 0);
-  CHECK(
-      unit::contents(folder.path() / "out/report.html").find("the exchange of the harmonic body with the") !=
-      std::string::npos);
+  CHECK(unit::contents(folder.path() / "out/report.html").find("the coupling of the harmonic body to the") !=
+        std::string::npos);
 }
 
 TEST_CASE(
-    "A coupling that the fluid's own motion may hold is warned of, on standard error and in the report") {
+    "A coupling that the fluid's own motion may stabilise is warned of, on standard error and in the "
+    "report") {
   const Folder folder;
   std::string text =
       replaced(replaced(harmonic, "node_mass = 1.0", "node_mass = 0.6"), "periods = 2", "periods = 1");
@@ -231,9 +233,11 @@ TEST_CASE(
   INFO(ran.err);
   CHECK(ran.code == 0);
   CHECK(std::regex_search(
-      ran.err, std::regex("bad: warning: the exchange of the harmonic body with the fluid grows by "
-                          "1\\.0[0-9]+ a step, .*Use a node mass above 0\\.6")));
+      ran.err,
+      std::regex(
+          "bad: warning: the coupling of the harmonic body to the fluid is unstable: perturbations grow by "
+          "1\\.0[0-9]+ a step, .*Use a node mass above 0\\.6")));
   CHECK(folder.run({"report", "out"}).code == 0);
   CHECK(unit::contents(folder.path() / "out/report.html")
-            .find("Warning:</strong> the exchange of the harmonic") != std::string::npos);
+            .find("Warning:</strong> the coupling of the harmonic") != std::string::npos);
 }

@@ -60,7 +60,7 @@ TEST_CASE(
 
 TEST_CASE(
     "A plate of markers is one without thickness when its Stokes layer is thick, with any kernel and "
-    "rounds") {
+    "forcing iterations") {
   const std::vector<double> hat{0.5, 0.25, 0.0, 0.0, 0.0, 0.0, 0.0, 0.25};
   std::vector<double> weights(4000, 0.0);
   std::copy(hat.begin(), hat.begin() + 2, weights.begin());

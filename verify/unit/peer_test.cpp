@@ -29,7 +29,7 @@ void write_table(const Folder& folder, const std::string& id, const std::string&
 }
 
 const std::string harmonic = "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 100.0\nrest_length = 1.0\n";
-const std::string fene = "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n";
+const std::string fene = "[bond]\nlaw = \"fene-lj\"\nepsilon = 1.0\nsigma = 1.0\n";
 
 // Three atoms in a row, numbered by hundreds.
 const std::string row_of_three = R"(three in a row
@@ -328,9 +328,10 @@ TEST_CASE("Records of beams, columns and waves can be held against a table of on
         {"beam", angle + chain + "[beam]\nclamped = 2\nlengths = [6, 12]\n", "cantilever", "spacings",
          "deflection", "6"},
         {"buckling", angle + chain + "[buckling]\nlengths = [8, 16]\n", "buckling", "spacings", "load", "8"},
-        {"waves",
+        {"dispersion",
          chain +
-             "[waves]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\namplitude = 1e-6\nstep_over_limit = "
+             "[dispersion]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\namplitude = "
+             "1e-6\nstep_over_limit = "
              "0.5\n" +
              "periods = 2\n",
          "standing_waves", "mode", "omega", "1"},

@@ -15,7 +15,7 @@
 #include "measures/solid/noise.hpp"
 #include "scene/coupling_stability.hpp"
 
-// The node mass at which the exchange of a rod with the fluid becomes unstable: that of the linearised map,
+// The node mass at which the coupling of a rod to the fluid becomes unstable: that of the linearised map,
 // which leaves out the fluid's own motion, against that of real runs, which are kicked by minute forces.
 
 namespace veriflex::measures {
@@ -25,7 +25,7 @@ namespace {
 using observe::Observations;
 using observe::Record;
 
-/// A way of coupling whose boundary is looked for.
+/// A way of coupling whose boundary is searched.
 struct Point {
   std::string name;
   scene::Coupled coupled;
@@ -212,7 +212,7 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
   seen.metrics.push_back({"max_ratio", largest, "1", "largest measured over predicted"});
   seen.metrics.push_back(
       {"growth_at_boundary", growth, "1",
-       "largest growth of the map at a measured boundary: what the fluid's motion still held"});
+       "largest growth of the map at a measured boundary: what the fluid's motion still stabilised"});
 }
 
 /// Refuses a rod that has no room in its box.

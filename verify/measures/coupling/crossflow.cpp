@@ -31,7 +31,7 @@ struct Crossflow {
   scene::CouplingSpec coupling;
   double node_mass;
   int substeps;
-  std::int64_t clamped;   // sections that are held
+  std::int64_t clamped;   // sections that are fixed
   Place node_mass_place;  // in the case, where an unstable coupling is reported
   double steady_change;   // of the tip's deflection per step, over it
   std::int64_t step_limit;
@@ -256,7 +256,7 @@ engine::Study read_crossflow(const io::Table& top) {
            "round-off never comes to rest", "Give for example 1e-7");
   }
   if (study.clamped + 2 > rod->sections) {
-    t.fail("clamped", fmt::format("{} of {} sections are held", study.clamped, rod->sections),
+    t.fail("clamped", fmt::format("{} of {} sections are clamped", study.clamped, rod->sections),
            "nothing would bend", "Hold fewer");
   }
   const Vec3& g = study.fluid.body_force;
@@ -267,7 +267,7 @@ engine::Study read_crossflow(const io::Table& top) {
   scene::Plan plan = engine::read_plan(
       top, {.law = law,
             .solid = solid,
-            .method = fmt::format("leap-frog, {} sub-steps, first sections held", study.substeps),
+            .method = fmt::format("leap-frog, {} sub-steps, first sections clamped", study.substeps),
             .moves = true,
             .fluid = study.fluid,
             .coupling = study.coupling});

@@ -153,7 +153,7 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
   const std::int64_t settling = settling_steps(side, nu);
   const auto volume = static_cast<double>(spec.grid.count());
   const double whole = spec.body_force[0] * volume;
-  constexpr int max_forcing_iterations = 30;
+  constexpr int max_rounds = 30;
   std::vector<std::int64_t> everywhere(static_cast<std::size_t>(spec.grid.count()));
   for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = static_cast<std::int64_t>(i);
   std::vector<fluid::Populations> state(everywhere.size());
@@ -170,7 +170,7 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
     ++rounds;
     imbalance = body.total_force()[0] / whole - 1.0;
     if (std::abs(imbalance) <= study.steady_change) break;
-    if (rounds == max_forcing_iterations) {
+    if (rounds == max_rounds) {
       throw NumericalFailure(
           fmt::format("after {} times {} steps the markers take up {} times the force on the "
                       "fluid; steady means 1 within {}",

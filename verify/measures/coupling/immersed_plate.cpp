@@ -36,7 +36,7 @@ struct Plate {
   std::int64_t period;                    // at the first resolution  [T]
   std::int64_t periods;
   double velocity;              // at the first resolution  [L T^-1]
-  std::vector<int> iterations;  // held against run time, at the last resolution
+  std::vector<int> iterations;  // plotted against run time, at the last resolution
   observe::MonitorSpec monitor;
 
   /// Grows as nodes^2, as diffusion takes.
@@ -108,7 +108,7 @@ Harmonics oscillate(const Plate& study, std::int64_t nodes, int iterations) {
     seen.force -= part * plate.total_force()[0] / static_cast<double>(breadth * breadth);
     seen.slip += part * plate.slip_of_fluid()(0, 0);
   };
-  run_monitored(*fluid, study.monitor, fmt::format("{} nodes, {} rounds", nodes, iterations),
+  run_monitored(*fluid, study.monitor, fmt::format("{} nodes, {} forcing iterations", nodes, iterations),
                 [&](const std::function<void()>& look_when_due) {
                   for (std::int64_t step = 0; step < study.periods * period; ++step) {
                     advance(step);
@@ -185,11 +185,11 @@ Record profile_of(const Plate& study, std::int64_t nodes, const Harmonics& seen)
   return record;
 }
 
-/// What more rounds buy; run time of row i, with one thread, is the phase `iterations/i`.
+/// What more forcing iterations buy; run time of row i, with one thread, is the phase `iterations/i`.
 Record iterations_of(const Plate& study, Progress& progress, engine::Cost& cost) {
   Record record{"iterations",
                 "Rounds of direct forcing: slip, and error of the force",
-                {{"iterations", "", "1", "rounds in each step", {}},
+                {{"iterations", "", "1", "forcing iterations in each step", {}},
                  {"slip", "", "1", "of sum f c + g/2 over the plate's velocity", {}},
                  {"error_force", "", "1", "against a plate without thickness", {}},
                  {"error_profile", "", "1", "against a plate without thickness, L2", {}},
@@ -199,7 +199,8 @@ Record iterations_of(const Plate& study, Progress& progress, engine::Cost& cost)
   for (std::size_t i = 0; i < study.iterations.size(); ++i) {
     cost.finish("else");
     Harmonics seen;
-    for_all(1, "rounds", progress, [&](std::size_t) { seen = oscillate(study, nodes, study.iterations[i]); });
+    for_all(1, "forcing iterations", progress,
+            [&](std::size_t) { seen = oscillate(study, nodes, study.iterations[i]); });
     cost.finish(fmt::format("iterations/{}", i));
     const Compared c = compare(study, nodes, study.iterations[i], seen);
     record.append({static_cast<double>(study.iterations[i]), c.slip, c.force, c.profile, c.theory, c.offset});
@@ -260,11 +261,12 @@ void run(const Plate& study, Observations& seen, Progress& progress, engine::Cos
     const Record record = iterations_of(study, progress, cost);
     for (std::size_t i = 0; i < study.iterations.size(); ++i) {
       const std::string name = fmt::format("_{}", study.iterations[i]);
-      seen.metrics.push_back({"slip" + name, record.find("slip")->values[i], "1", "with so many rounds"});
       seen.metrics.push_back(
-          {"error_force" + name, record.find("error_force")->values[i], "1", "with so many rounds"});
-      seen.metrics.push_back(
-          {"error_theory" + name, record.find("error_theory")->values[i], "1", "with so many rounds"});
+          {"slip" + name, record.find("slip")->values[i], "1", "with so many forcing iterations"});
+      seen.metrics.push_back({"error_force" + name, record.find("error_force")->values[i], "1",
+                              "with so many forcing iterations"});
+      seen.metrics.push_back({"error_theory" + name, record.find("error_theory")->values[i], "1",
+                              "with so many forcing iterations"});
     }
     seen.records.push_back(record);
   }
@@ -283,16 +285,16 @@ engine::Study read_plate(const io::Table& top) {
               .iterations = {},
               .monitor = engine::read_monitor(top)};
   if (t.has("forcing_iterations")) {
-    for (const std::int64_t rounds : t.integers("forcing_iterations")) {
-      if (rounds < 1 || rounds > 100) {
-        t.fail("forcing_iterations", fmt::format("'forcing_iterations' holds {}", rounds),
+    for (const std::int64_t count : t.integers("forcing_iterations")) {
+      if (count < 1 || count > 100) {
+        t.fail("forcing_iterations", fmt::format("'forcing_iterations' holds {}", count),
                "a step has 1 to 100 forcing iterations", "Give for example [1, 2, 4]");
       }
-      if (std::find(study.iterations.begin(), study.iterations.end(), rounds) != study.iterations.end()) {
-        t.fail("forcing_iterations", fmt::format("'forcing_iterations' holds {} twice", rounds),
+      if (std::find(study.iterations.begin(), study.iterations.end(), count) != study.iterations.end()) {
+        t.fail("forcing_iterations", fmt::format("'forcing_iterations' holds {} twice", count),
                "their metrics could not be told apart", "Leave one out");
       }
-      study.iterations.push_back(static_cast<int>(rounds));
+      study.iterations.push_back(static_cast<int>(count));
     }
   }
   if (top.has("coupling") && top.table("coupling").has("marker_volume")) {
@@ -313,9 +315,9 @@ engine::Study read_plate(const io::Table& top) {
   std::vector<std::string> measures{"order_profile", "order_force",  "order_theory", "error_profile",
                                     "error_force",   "error_theory", "force_ratio",  "force_lead",
                                     "slip",          "offset"};
-  for (const int rounds : study.iterations) {
+  for (const int count : study.iterations) {
     for (const char* what : {"slip", "error_force", "error_theory"})
-      measures.push_back(fmt::format("{}_{}", what, rounds));
+      measures.push_back(fmt::format("{}_{}", what, count));
   }
   return {.plan = engine::read_plan(top, {.fluid = box(study, study.resolutions.back()),
                                           .coupling = engine::read_coupling(top),

@@ -7,7 +7,7 @@
 
 namespace veriflex::measures {
 
-/// Looks at the exchange of each of these bodies with the fluid, see engine::check_coupling(). Their largest
+/// Checks the coupling of each of these bodies to the fluid, see engine::check_coupling(). Their largest
 /// growth becomes metric `coupling_growth`, also of a scene that is then refused.
 void check_strokes(const std::vector<Stroke>& strokes, observe::Observations& seen, Progress& progress);
 

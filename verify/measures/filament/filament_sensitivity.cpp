@@ -30,7 +30,7 @@ struct Variant {
   bool changes_compared;  // whether the compared body lives in another scene too
 };
 
-struct Companions {
+struct Sensitivity {
   Stroke base;
   bond::AnyLaw compared;
   std::vector<Variant> variants;
@@ -50,7 +50,7 @@ StrokeResult run_with(const Stroke& stroke, const bond::AnyLaw& law, const std::
   return run_guarded(with(stroke, law), fmt::format("{}, {}", label, bond::name_of(law)), "stroke", progress);
 }
 
-/// Largest growth of the exchange of both bodies of a variant. That one breaks is an answer, and so it is
+/// Largest growth of the coupling of both bodies of a variant. That one breaks is an answer, and so it is
 /// only warned of.
 double growth_of(const Variant& variant, const bond::AnyLaw& compared, Progress& progress) {
   double growth = 0.0;
@@ -77,7 +77,7 @@ struct Effect {
   double swum;
 };
 
-Effect effect_of(const Variant& variant, const Pair& seen, const Companions& study, const Pair& base) {
+Effect effect_of(const Variant& variant, const Pair& seen, const Sensitivity& study, const Pair& base) {
   const double factor = study.base.amplitude / variant.stroke.amplitude;
   return {worst(scaled(seen.law, factor), base.law, study.base.amplitude),
           worst(seen.law, seen.compared, variant.stroke.amplitude), swum(seen.law)};
@@ -119,7 +119,7 @@ void report(const Variant& variant, const std::optional<Effect>& effect, const s
       {"law_deviation_" + variant.name, row[4], "1", "max |dz|/z0 between the laws: " + label});
 }
 
-void run(const Companions& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run(const Sensitivity& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   check_strokes({study.base, with(study.base, study.compared)}, seen, progress);
   const double base_growth = seen.metrics.back().value;
   cost.finish("stability of the coupling");
@@ -195,7 +195,7 @@ Variant read_variant(const io::Table& table, const Stroke& base) {
 }  // namespace
 
 engine::Study read_filament_sensitivity(const io::Table& top) {
-  Companions study{read_stroke(top), engine::read_law(top, "compared_bond"), {}};
+  Sensitivity study{read_stroke(top), engine::read_law(top, "compared_bond"), {}};
   std::vector<std::string> measures{"deviation_z_max",      "deviation_uncertainty",
                                     "coupling_growth",      "failures",
                                     "sensitivity.effect_z", "sensitivity.law_deviation_z"};

@@ -25,7 +25,7 @@ struct Poiseuille {
   Steady steady;
   double velocity;                       // of the parabola's top at the first resolution  [L T^-1]
   std::vector<double> relaxation_times;  // of the slip, at the first resolution
-  std::vector<fluid::Storage> storages;  // whose error is held against run time; may be empty
+  std::vector<fluid::Storage> storages;  // whose error is plotted against run time; may be empty
 };
 
 struct Piece {

@@ -41,7 +41,7 @@ std::vector<Coefficient> meaning(const std::string& style, const std::string& la
   return {};
 }
 
-// Holds the bonds' coefficients against the case's law, and says what it could not look at.
+// Holds the bonds' coefficients against the case's law, and says what it could not check.
 void check_bonds(const io::LammpsData& data, const bond::AnyLaw& law, Body& body) {
   const std::string name = bond::name_of(law);
   std::set<int> types;
@@ -58,8 +58,8 @@ void check_bonds(const io::LammpsData& data, const bond::AnyLaw& law, Body& body
     }
     const std::vector<Coefficient> wanted = meaning(row.style, name);
     if (wanted.empty()) {
-      body.warnings.push_back(fmt::format("{}:{}: coefficients of bond style '{}' are not looked at",
-                                          data.file, row.line, row.style));
+      body.warnings.push_back(fmt::format("{}:{}: coefficients of bond style '{}' are not checked", data.file,
+                                          row.line, row.style));
       continue;
     }
     if (row.values.size() <= wanted.back().index) {
@@ -100,7 +100,7 @@ void check_angles(const io::LammpsData& data, double stiffness, const std::vecto
                      [&](const io::LammpsAngle& angle) { return angle.type == row.type; }))
       continue;
     if (row.style != "harmonic" || row.values.size() < 2) {
-      body.warnings.push_back(fmt::format("{}:{}: coefficients of angle style '{}' are not looked at",
+      body.warnings.push_back(fmt::format("{}:{}: coefficients of angle style '{}' are not checked",
                                           data.file, row.line, row.style));
       continue;
     }
@@ -148,7 +148,7 @@ Body read_body(const io::Table& top, const io::Table& peer) {
   if (!std::filesystem::exists(file)) file = repository::references() / name;
   if (!std::filesystem::exists(file)) {
     peer.fail("data", fmt::format("data file '{}' not found", name),
-              fmt::format("looked in {} and {}", beside.string(), repository::references().string()),
+              fmt::format("searched {} and {}", beside.string(), repository::references().string()),
               "Name it relative to one of these");
   }
   const io::LammpsData data = io::read_lammps_data(file);
@@ -239,7 +239,7 @@ scene::Plan plan_of(const Body& body, const std::string& method, bool moves) {
   }
   if (!method.empty()) plan.built.push_back({"solver", method, 0.0});
   if (moves) {
-    plan.left_out.push_back({"constraints", "the body is free: no pass over held or driven coordinates"});
+    plan.left_out.push_back({"constraints", "the body is free: no pass over fixed or driven coordinates"});
   } else {
     plan.left_out.push_back({"velocities", "a static study needs none"});
   }

@@ -55,7 +55,7 @@ std::vector<bool> tied_to(const solid::Network& network, const std::vector<Eigen
 void require_statics(const solid::Network& network, std::size_t held, bool last_held, const io::Table& peer) {
   const auto layers = layers_of(network);
   if (layers.size() < 2)
-    peer.fail("data", "all nodes have the same z", "the body is held by layers along z", "Turn the body");
+    peer.fail("data", "all nodes have the same z", "the body is fixed by layers across z", "Turn the body");
   for (std::size_t i = 1; i < layers.size(); ++i) {
     const Eigen::Index below = layers[i - 1].front();
     const Eigen::Index above = layers[i].front();
@@ -80,7 +80,7 @@ void require_statics(const solid::Network& network, std::size_t held, bool last_
   peer.fail("data",
             fmt::format("{} atoms are loose, the first is {}", std::count(loose, tied.end(), false),
                         network.id_of(static_cast<std::int32_t>(loose - tied.begin()))),
-            "no bonds tie them to the layers that are held, so that nothing keeps them in place",
+            "no bonds tie them to the layers that are fixed, so that nothing keeps them in place",
             "Leave them out, or add their bonds");
 }
 

@@ -1,4 +1,4 @@
-// A bar whose end layers are held along z at each strain of the table, free across it.
+// A bar whose end layers are fixed along z at each strain of the table, free across it.
 
 #include <algorithm>
 

@@ -23,7 +23,7 @@ struct BeamStudy {
   solid::Material material;
   scene::SolidSpec section;           // its length is set by `lengths`
   std::vector<std::int64_t> lengths;  // from the clamped section to the loaded one, in spacings
-  int clamped;                        // sections that are held at the root
+  int clamped;                        // sections that are clamped at the root
   int frequencies;  // how many bending frequencies are compared, of the longest beam; 0 for none
 };
 
@@ -221,7 +221,7 @@ engine::Study read_beam(const io::Table& top) {
   return {.plan = engine::read_plan(
               top, {.law = law,
                     .solid = longest,
-                    .method = "linear response by sparse Cholesky; first sections held, last one loaded",
+                    .method = "linear response by sparse Cholesky; first sections clamped, last one loaded",
                     .moves = false}),
           .measures = measures,
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {

@@ -15,7 +15,7 @@
 #include "measures/solid/beam_section.hpp"
 #include "solid/modes.hpp"
 
-// A column of n spacings, pinned at both ends: the end sections are held across the axis and free to turn, a
+// A column of n spacings, pinned at both ends: the end sections are fixed across the axis and free to turn, a
 // dead load P presses on each, spread evenly over its N nodes. Nothing widens (C12 = 0), so that the
 // compressed column is homogeneous: every bond along the axis has the length a with tension(a) = -P/N.
 //
@@ -272,7 +272,7 @@ engine::Study read_buckling(const io::Table& top) {
   for (std::size_t i = 0; i < study.lengths.size(); ++i) {
     if (study.lengths[i] % 2 != 0 || (i > 0 && study.lengths[i] <= study.lengths[i - 1])) {
       t.fail("lengths", "lengths are odd or do not rise",
-             "the middle section is held, and the order is taken between neighbours",
+             "the middle section is fixed along the axis, and the order is taken between neighbours",
              "Give even lengths, sorted");
     }
   }

@@ -13,12 +13,12 @@
 #include "solid/leapfrog.hpp"
 #include "solid/modes.hpp"
 
-// Standing plane waves u_i = A sin(pi j i/n) between two held end sections, n spacings apart; nodes move
+// Standing plane waves u_i = A sin(pi j i/n) between two fixed end sections, n spacings apart; nodes move
 // along one axis only. With s = sin(pi j/2n), unit node mass, N nodes and N_x bonds along x per section,
 //   longitudinal  omega^2 = 4 k s^2
 //   transverse    omega^2 = 4 s^2 (4 k_a N_x/N + 4 k_a s^2 + T r0)/r0^2
 // with T the bonds' tension at the spacing, zero at the rest length; and leap-frog swings with w, sin(w dt/2)
-// = omega dt/2. All of this is exact for small amplitude: the held ends continue the lattice as its mirror
+// = omega dt/2. All of this is exact for small amplitude: the fixed ends continue the lattice as its mirror
 // image, so that no angle is missing.
 namespace veriflex::measures {
 
@@ -119,9 +119,9 @@ class Body {
     }
     if (passages.size() < 2)
       throw NumericalFailure(fmt::format("mode {} does not pass through rest twice", j));
-    // Between two steps the motion is a sine of the frequency that is looked for: a few rounds find it.
+    // Between two steps the motion is a sine of the frequency that is sought: a few iterations find it.
     double angle = mode.lattice * dt;
-    for (int round = 0; round < 20; ++round) {
+    for (int iteration = 0; iteration < 20; ++iteration) {
       const auto time = [&](const Passage& p) {
         return static_cast<double>(p.step) +
                std::atan2(p.before * std::sin(angle), p.before * std::cos(angle) - p.after) / angle;
@@ -249,7 +249,7 @@ engine::Study read_dispersion(const io::Table& top) {
   }
   return {
       .plan = engine::read_plan(
-          top, {.law = law, .solid = solid, .method = "leap-frog, end sections held", .moves = true}),
+          top, {.law = law, .solid = solid, .method = "leap-frog, end sections fixed", .moves = true}),
       .measures = {"frequency_error", "motion_error", "continuum_error", "order_continuum", "dt_over_limit",
                    "standing_waves.mode", "standing_waves.omega", "standing_waves.omega_lattice"},
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {

@@ -23,7 +23,7 @@ struct ElasticaStudy {
   solid::Material material;
   scene::SolidSpec section;           // its length is set by `lengths`
   std::vector<std::int64_t> lengths;  // from the last clamped section to the loaded one, in spacings, rising
-  std::int64_t clamped;               // sections that are held at the root
+  std::int64_t clamped;               // sections that are clamped at the root
   std::vector<double> loads;          // P L^2/B, rising
 };
 
@@ -38,9 +38,9 @@ double distance(const Tip& tip, const analytic::ElasticaTip& exact) {
 
 // By how much longer than from its last clamped section the beam behaves, to first order. Near the clamp the
 // straight angles do not act as in the middle: with one clamped section there is none at it, with two it
-// turns from a direction that is held half a spacing too early. In pure bending with moments K of the springs
-// between the turns p of neighbouring sections, S of the straight angles between those c of neighbouring
-// lines along z, and R of the right angles between both,
+// turns from a direction that is fixed half a spacing too early. In pure bending with moments K of the
+// springs between the turns p of neighbouring sections, S of the straight angles between those c of
+// neighbouring lines along z, and R of the right angles between both,
 //   K (p[i+1] - 2 p[i] + p[i-1]) + R (c[i+1/2] + c[i-1/2] - 2 p[i]) = 0
 //   S (c[i+3/2] - 2 c[i+1/2] + c[i-1/2]) + R (p[i+1] + p[i] - 2 c[i+1/2]) = 0
 // has a part that decays like l^i, l + 1/l - 2 = (2 R (K + S) + R^2)/(K S); the conditions at the clamp are
@@ -236,13 +236,13 @@ engine::Study read_elastica(const io::Table& top) {
   const scene::SolidSpec longest = with_sections(study.section, study.lengths.back() + study.clamped);
   const auto* chain = std::get_if<solid::Block>(&longest.shape);
   if (study.clamped == 1 && chain != nullptr && chain->nodes[0] == 1) {
-    t.fail("clamped", "'clamped' is 1", "one held layer does not hold the direction of a body one node thick",
-           "Use 2");
+    t.fail("clamped", "'clamped' is 1",
+           "one clamped layer does not fix the direction of a body one node thick", "Use 2");
   }
   return {.plan = engine::read_plan(
               top, {.law = law,
                     .solid = longest,
-                    .method = "Newton's method, load by load; first sections held, last one loaded",
+                    .method = "Newton's method, load by load; first sections clamped, last one loaded",
                     .moves = false}),
           .measures = {"tip_error", "order_min_load", "order_max_load", "extrapolated_error",
                        "shortest_tip_error", "shortest_strain", "departure_from_harmonic",

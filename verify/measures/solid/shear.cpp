@@ -118,7 +118,7 @@ engine::Study read_shear(const io::Table& top) {
   return {
       .plan = engine::read_plan(top, {.law = law,
                                       .solid = scene::SolidSpec{widest, solid.angle_stiffness},
-                                      .method = "linear response by sparse Cholesky; both end sections held",
+                                      .method = "linear response by sparse Cholesky; both end sections fixed",
                                       .moves = false}),
       .measures = {"plane_error", "order_free", "column_error", "lost_width", "shear.width",
                    "shear.free_sides", "shear.plane"},

@@ -25,7 +25,7 @@ struct StabilityStudy {
   solid::Material material;
   scene::SolidSpec solid;
   std::vector<double> amplitudes;  // of the noise, each coordinate uniform in +-amplitude  [L]
-  std::vector<double> prestrains;  // along z, end sections held there; 0 leaves the body free  [1]
+  std::vector<double> prestrains;  // along z, end sections fixed there; 0 leaves the body free  [1]
   std::int64_t seeds;
   std::int64_t steps;
   double growth;      // failed when the energy departs by more than this times what the noise put in
@@ -39,14 +39,14 @@ struct Trial {
 };
 
 struct Boundary {
-  double dt;       // middle between the largest step that held and the smallest that failed  [T]
+  double dt;       // middle between the largest step that survived and the smallest that failed  [T]
   double limit;    // 2/omega_max of the pre-strained body  [T]
-  double longest;  // r/r0 in the last run that held
+  double longest;  // r/r0 in the last run that survived
   double shortest;
   bool broke;  // the failing run broke (a bond at its limit, a degenerate angle, NaN) before its energy grew
 };
 
-enum class End { held, grew, broke };
+enum class End { survived, grew, broke };
 
 struct Run {
   End end;
@@ -71,7 +71,7 @@ class Body {
   }
 
   Run run(double dt) const {
-    Run run{End::held, 1.0, 1.0};
+    Run run{End::survived, 1.0, 1.0};
     try {
       solid::Leapfrog motion(study_.material, network_, {.fixed = held_, .load = {}, .drive = {}}, dt, {},
                              noisy_, Positions::Zero(noisy_.rows(), 3));
@@ -129,7 +129,7 @@ class Body {
   solid::FixedDofs held_;  // empty for a free body
 };
 
-// The first step size that fails, looking upwards from a third of the linear limit, then refined by halving.
+// The first step size that fails, going upwards from a third of the linear limit, then refined by halving.
 // (Survival is not monotonic: a step beyond a resonance may hold again. What a user needs is the first
 // failure.)
 Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
@@ -138,13 +138,13 @@ Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
   constexpr double scan = 1.08;
   double good = 0.3 * limit;
   Run held = body.run(good);
-  if (held.end != End::held) {
+  if (held.end != End::survived) {
     throw NumericalFailure(
         fmt::format("noise of {} fails already at 0.3 of the linear limit", trial.amplitude));
   }
   double bad = good;
   Run failed = held;
-  while (failed.end == End::held) {
+  while (failed.end == End::survived) {
     held = failed;
     good = bad;
     bad *= scan;
@@ -154,7 +154,7 @@ Boundary first_failure(const StabilityStudy& study, const Trial& trial) {
   while (bad - good > study.resolution * good) {
     const double middle = 0.5 * (good + bad);
     const Run run = body.run(middle);
-    if (run.end == End::held) {
+    if (run.end == End::survived) {
       good = middle;
       held = run;
     } else {
@@ -187,11 +187,11 @@ void run(const StabilityStudy& study, Observations& seen, Progress& progress, en
       {"boundary",
        "First time step that fails",
        {{"amplitude", "", "L", "noise on each coordinate, uniform in +- amplitude", {}},
-        {"prestrain", "", "1", "strain along z at which the ends are held; 0: free", {}},
+        {"prestrain", "", "1", "strain along z at which the ends are fixed; 0: free", {}},
         {"dt",
          "",
          "T",
-         "middle of the last step that held and the first that failed, median of the seeds",
+         "middle of the last step that survived and the first that failed, median of the seeds",
          {}},
         {"dt_min", "", "T", "least of the seeds", {}},
         {"dt_max", "", "T", "largest of the seeds", {}},
@@ -282,20 +282,20 @@ engine::Study read_stability(const io::Table& top) {
   }
   const bool is_free = std::all_of(study.prestrains.begin(), study.prestrains.end(),
                                    [](double strain) { return strain == 0.0; });
-  return {
-      .plan = engine::read_plan(
-          top, {.law = law,
-                .solid = solid,
-                .method = is_free ? "leap-frog without sub-steps; no drag, no drive, no load"
-                                  : "leap-frog without sub-steps, held at both ends where strained; no drag, "
-                                    "no drive, no load",
-                .moves = true,
-                .is_free = is_free}),
-      .measures = {"min_ratio", "max_ratio", "linear_limit", "longest", "shortest", "boundary.amplitude",
-                   "boundary.prestrain", "boundary.dt", "boundary.ratio", "boundary.linear_limit"},
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+  return {.plan = engine::read_plan(
+              top,
+              {.law = law,
+               .solid = solid,
+               .method = is_free ? "leap-frog without sub-steps; no drag, no drive, no load"
+                                 : "leap-frog without sub-steps, fixed at both ends where strained; no drag, "
+                                   "no drive, no load",
+               .moves = true,
+               .is_free = is_free}),
+          .measures = {"min_ratio", "max_ratio", "linear_limit", "longest", "shortest", "boundary.amplitude",
+                       "boundary.prestrain", "boundary.dt", "boundary.ratio", "boundary.linear_limit"},
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
 }
 
 }  // namespace veriflex::measures

@@ -281,7 +281,7 @@ engine::Study read_tensile(const io::Table& top) {
           top, {.law = law,
                 .solid = spec,
                 .method = fmt::format(
-                    "Newton with line search, sparse Cholesky; ends held axially, lateral displacements {}",
+                    "Newton with line search, sparse Cholesky; ends fixed axially, lateral displacements {}",
                     study.lateral_held ? "fixed (exact: C12 = 0)" : "free"),
                 .moves = false}),
       .measures = measures,
