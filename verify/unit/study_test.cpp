@@ -52,7 +52,7 @@ observe::Record table_of_errors() {
 
 double number_of(const std::string& check) { return number(asked(check), table_of_errors()).value; }
 
-const std::string scene = R"(schema = 1
+const std::string scene = R"(schema = 2
 id = "bar"
 title = "Bar"
 question = "How stiff is it?"
@@ -70,9 +70,10 @@ stiffness = 0.025
 [solid]
 shape = "bar"
 nodes = [2, 2, 4]
-lateral = "held"
+lateral = "fixed"
 [tensile]
 control = "displacement"
+strains = [-0.01, 0.01]
 )";
 
 Ran ran(const Folder& folder, const std::string& words) { return folder.shell("\"$V\" " + words); }
