@@ -380,7 +380,7 @@ TEST_CASE(
   const std::string reason = "first \"light\"\tC:\\";
   CHECK(folder.run({"accept", "bad.toml", "--reason", reason}).code == 0);
   const Reference first = read_reference(folder.path() / "bad-baseline.toml");
-  CHECK(first.target_kind == "baseline");
+  CHECK(first.kind == "baseline");
   CHECK(first.origin->reason == reason);
   const Result result = run_with(read_case(folder.path() / "bad.toml", {}, measures::all(), references), 1);
   REQUIRE(first.values.size() == result.seen.metrics.size());
