@@ -90,7 +90,7 @@ Stroke read_stroke(const io::Table& top) {
                 .monitor = engine::read_monitor(top),
                 .node_mass_place = t.place("node_mass")};
   for (const bond::NamedValue& p : bond::parameters_of(law)) {
-    if (p.name == "diameter") stroke.short_bond = 1.2 * p.value;
+    if (p.name == "sigma") stroke.short_bond = 1.2 * p.value;
   }
   need_positive(t, "amplitude", stroke.amplitude);
   need_positive(t, "reynolds", stroke.reynolds);
