@@ -85,7 +85,9 @@ std::optional<double> next(const Boundary& b, const Line& line) {
   const std::size_t change = line.first_change();
   if (change == 0) return std::nullopt;
   const double x = line.looks[change - 1].x, y = line.looks[change].x;
-  if (std::abs(y - x) <= b.accuracy * std::max(std::abs(x), std::abs(y))) return std::nullopt;
+  // Where it is near zero no bisection would end: a thousandth of the range stands for its value then.
+  const double least = b.logarithmic ? 0.0 : 1e-3 * std::abs(b.to - b.from);
+  if (std::abs(y - x) <= b.accuracy * std::max({std::abs(x), std::abs(y), least})) return std::nullopt;
   const double middle = between(b, x, y, 0.5);
   if (middle == x || middle == y) return std::nullopt;
   return middle;

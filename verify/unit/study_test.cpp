@@ -65,8 +65,6 @@ driver = "tensile"
 law = "harmonic"
 bond_stiffness = 0.26
 rest_length = 1.0
-[angle]
-stiffness = 0.025
 [solid]
 shape = "bar"
 nodes = [2, 2, 4]
@@ -217,19 +215,28 @@ TEST_CASE("A boundary is where a reader's own bound lies, and changes that come 
   CHECK(file.texts("/records/outcome_boundary/outcome_before").front() == "refused");
   CHECK(file.texts("/records/outcome_boundary/outcome_behind").front() == "completed");
   CHECK(file.numbers("/records/outcome_boundary/before").front() <= 0.0);
+  CHECK(file.numbers("/records/outcome_boundary/behind").front() > 0.0);
+  CHECK(file.numbers("/records/outcome_boundary/behind").front() < 1e-8);
   CHECK(file.numbers("/records/outcome_boundary/changes").front() == 1.0);
 }
 
 TEST_CASE("An ablation shows what a part does") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  std::string moving = unit::replaced(scene, "driver = \"tensile\"", "driver = \"integrator\"");
+  moving = unit::replaced(moving, "lateral = \"fixed\"\n", "");
+  moving = moving.substr(0, moving.find("[tensile]")) +
+           "[angle]\nstiffness = 0.025\n[integrator]\nnoise = 0.02\nspeed = 0.02\nduration = 20\nsteps = "
+           "[40, 80, 160]\n";
+  folder.write("bar.toml", moving);
   const Ran ran_it =
-      ran(folder, "ablate bar.toml --without angle --with solid.lateral=free --json --out out");
+      ran(folder, "ablate bar.toml --without angle --with integrator.speed=0.01 --json --out out");
   REQUIRE(ran_it.code == 0);
   const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
   CHECK(file.texts("/records/ablate/variant") ==
-        std::vector<std::string>{"as it stands", "without angle", "with solid.lateral=free"});
+        std::vector<std::string>{"as it stands", "without angle", "with integrator.speed=0.01"});
   const std::vector<double> angles = file.numbers("/records/ablate/angle_evaluations");
+  const std::vector<double> bonds = file.numbers("/records/ablate/bond_evaluations");
   CHECK(angles[0] > 0.0);
   CHECK(angles[1] == 0.0);
+  CHECK(bonds[1] == bonds[0]);
 }
