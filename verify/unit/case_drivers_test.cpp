@@ -159,7 +159,7 @@ double over_harmonic(const std::string& bond, double strain) {
 }  // namespace
 
 TEST_CASE("The exact period of a pair keeps its digits at any strain, across kinks and near limits") {
-  const std::string fene = "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n";
+  const std::string fene = "[bond]\nlaw = \"fene-lj\"\nepsilon = 1.0\nsigma = 1.0\n";
   const std::string shifted = "[bond]\nlaw = \"shifted-fene\"\nbond_stiffness = 100.0\nrest_length = 1.0\n";
   CHECK(over_harmonic(fene, 1e-4) == Approx(1.0000000464).epsilon(1e-10));
   CHECK(over_harmonic(fene, 1e-3) == Approx(1.00000462353).epsilon(1e-11));
@@ -219,7 +219,7 @@ TEST_CASE("Elastic constants are those at rest however narrow the law is") {
 TEST_CASE("A run that ends early keeps the rows before") {
   // Three noises: the last takes bonds out of the law at once.
   const std::string study =
-      "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n[solid]\nshape = \"chain\"\nnodes = 4\n"
+      "[bond]\nlaw = \"fene-lj\"\nepsilon = 1.0\nsigma = 1.0\n[solid]\nshape = \"chain\"\nnodes = 4\n"
       "[stability]\namplitudes = [0.01, 0.02, 2.0]\nseeds = 2\nsteps = 100\ngrowth = 5\nresolution = 0.05";
   const engine::Study stability = measures::read_stability(io::parse_document(study, "case.toml"));
   Progress progress("test");

@@ -69,7 +69,7 @@ source = "none"
 tolerance = { relative = 1e9, reason = "never reached" }
 )";
 
-const std::string harmonic = replaced(filament, "law = \"fene-lj\"\ndepth = 0.000287\ndiameter = 1.0407",
+const std::string harmonic = replaced(filament, "law = \"fene-lj\"\nepsilon = 0.000287\nsigma = 1.0407",
                                       "law = \"harmonic\"\nbond_stiffness = 0.26\nrest_length = 1.0");
 
 const std::string result = "out/bad.h5";

@@ -28,7 +28,7 @@ void write_table(const Folder& folder, const std::string& id, const std::string&
 }
 
 const std::string harmonic = "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 100.0\nrest_length = 1.0\n";
-const std::string fene = "[bond]\nlaw = \"fene-lj\"\ndepth = 1.0\ndiameter = 1.0\n";
+const std::string fene = "[bond]\nlaw = \"fene-lj\"\nepsilon = 1.0\nsigma = 1.0\n";
 
 // Three atoms in a row, numbered by hundreds.
 const std::string row_of_three = R"(three in a row
