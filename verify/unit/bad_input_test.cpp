@@ -79,7 +79,7 @@ claim = "young-modulus")";
        "bad.toml:11:1: 'fene_k' is inf"},
       {"Rc below the rest length", with("sigma = 1.0", "sigma = 1.0\ncutoff = 0.5"), "bad.toml:15:10:"},
       {"zero Rc", with("sigma = 1.0", "sigma = 1.0\ncutoff = 0.0"), "bad.toml:15:10: cutoff is not positive"},
-      {"negative R0", with("sigma = 1.0", "sigma = 1.0\nreach = -1.5"), "bad.toml:15:9: 'r_max' is -1.5"},
+      {"negative R0", with("sigma = 1.0", "sigma = 1.0\nr_max = -1.5"), "bad.toml:15:9: 'r_max' is -1.5"},
       {"parameter of another law", with("sigma = 1.0", "sigma = 1.0\nbond_stiffness = 1"),
        "unknown key 'bond_stiffness' at [bond]"},
       {"unknown law", with("fene-lj", "fene-jl"),
