@@ -249,6 +249,10 @@ bool Section::has_list(const std::string& key) const {
   return has(key) && node_->table->get(key)->is_array();
 }
 
+bool Section::has_text(const std::string& key) const {
+  return has(key) && node_->table->get(key)->is_string();
+}
+
 double Section::number(const std::string& key) const {
   return as_number(*this, key, need(*this, *node_, key), false);
 }

@@ -27,6 +27,7 @@ class Section {
 
   bool has(const std::string& key) const;
   bool has_list(const std::string& key) const;  // there, and an array
+  bool has_text(const std::string& key) const;  // there, and a text
 
   double number(const std::string& key) const;  // finite; an integer counts as a number
   std::int64_t integer(const std::string& key, std::int64_t least, std::int64_t most) const;

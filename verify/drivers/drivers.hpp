@@ -86,6 +86,9 @@ engine::Study read_coupling_stability(const io::Section& top);
 /// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
 engine::Study read_delta_moments(const io::Section& top);
 
+/// Any scene: a fluid, bodies, and what is observed of them.
+engine::Study read_scene(const io::Section& top);
+
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
@@ -115,6 +118,7 @@ inline const std::vector<engine::Driver>& all() {
       {"crossflow", "clamped rod in a stream, against a beam under the same forces", &read_crossflow},
       {"coupling-stability", "least stable node mass of a coupled rod: linearised exchange against runs",
        &read_coupling_stability},
+      {"scene", "any scene of a fluid and bodies, and what is observed of it", &read_scene},
       {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };
   return drivers;

@@ -13,12 +13,8 @@ namespace veriflex::drivers {
 using Steps = std::function<void(const std::function<void()>& look_when_due)>;
 
 /// Looks at the fluid before the run, at every watch.every-th step and at the end. What breaks off, called
-/// `name`, throws observe::Interrupted with the last good look: its metrics, and the records that `state`
-/// gave of it.
+/// `name`, throws observe::Interrupted with the metrics of the last good look.
 void under_watch(const fluid::Fluid& fluid, const observe::Watch& watch, const std::string& name,
-                 const Steps& steps, const std::function<std::vector<observe::Record>()>& state = {});
-
-/// Record `last_good_nodes` of nodes at X.
-observe::Record last_good_nodes(const Positions& X, const std::string& whose);
+                 const Steps& steps);
 
 }  // namespace veriflex::drivers

@@ -15,10 +15,10 @@ enum class Unstable {
 
 /// coupling_growth() of the scene. Where something grows there is a warning with the growth, the node mass
 /// that would be stable, and what else helps; beyond scene::growth_refused the scene is refused with an
-/// InputError at `node_mass`, unless coupling.force lets it run. `what` names the body. `growth` becomes the
-/// larger of itself and what was found, before anything is refused.
-void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling,
-                    const std::string& what, const Place& node_mass, double& growth, Progress& progress,
+/// InputError at `node_mass`, unless coupling.allow_unstable lets it run. `what` names the body. `growth`
+/// becomes the larger of itself and what was found, before anything is refused.
+void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const std::string& what,
+                    const Place& node_mass, double& growth, Progress& progress,
                     Unstable unstable = Unstable::Refused);
 
 }  // namespace veriflex::engine

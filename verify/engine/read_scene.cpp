@@ -267,13 +267,14 @@ scene::CouplingSpec read_coupling(const io::Section& top) {
     table.fail("marker_volume", fmt::format("'marker_volume' is {}", spec.marker_volume),
                "it lies between 1e-9 and 1e9", "1 is the paper's, one lattice cell");
   }
-  spec.live = table.flag("live", spec.live);
-  spec.force = table.flag("force", spec.force);
-  if (table.has("iterations")) spec.iterations = static_cast<int>(table.integer("iterations", 1, 100));
+  spec.subcycled = table.flag("live", spec.subcycled);
+  spec.allow_unstable = table.flag("force", spec.allow_unstable);
+  if (table.has("iterations"))
+    spec.forcing_iterations = static_cast<int>(table.integer("iterations", 1, 100));
   return spec;
 }
 
-scene::Plan read_plan(const io::Section& top, const scene::Scene& scene) {
+scene::Plan read_plan(const io::Section& top, const scene::Outline& scene) {
   try {
     return scene::plan(scene);
   } catch (const BadParameter& bad) {

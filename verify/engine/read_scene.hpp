@@ -51,6 +51,6 @@ observe::Watch read_watch(const io::Section& top);
 scene::CouplingSpec read_coupling(const io::Section& top);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.
-scene::Plan read_plan(const io::Section& top, const scene::Scene& scene);
+scene::Plan read_plan(const io::Section& top, const scene::Outline& scene);
 
 }  // namespace veriflex::engine

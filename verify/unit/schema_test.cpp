@@ -172,7 +172,7 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
                                  "t.has(points", "t.numbers(points", "table.text(path", "fluid.has(key",
                                  "fluid.table(key", "table.numbers(key", "table.integers(key",
                                  "table.texts(key", "table.has(key", "t.number(key", "t.integers(key",
-                                 "top.table(bad.parameter.substr(0", "top.table(where"});
+                                 "top.table(bad.parameter.substr(0", "top.table(where", "t.has(key", "table.choice(key"});
   Names spelt = source.keys;
   add(spelt, {"absolute", "relative", "digits", "strains", "stresses", "<path>", "walls_x", "walls_y",
               "walls_z", "low_velocity", "high_velocity", "body_force", "direction", "polarization", "planes",
