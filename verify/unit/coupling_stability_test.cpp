@@ -10,6 +10,7 @@
 #include "base/root.hpp"
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
+#include "coupling/transfer.hpp"
 #include "scene/markers.hpp"
 #include "solid/modes.hpp"
 

@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
-#include "bond/fene_lj.hpp"
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
+#include "fluid/obstacle.hpp"
 #include "observe/interrupted.hpp"
 #include "observe/run.hpp"
 #include "scene/contact.hpp"
