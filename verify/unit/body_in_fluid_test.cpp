@@ -277,7 +277,7 @@ TEST_CASE("Whole boxes of offset change nothing, and one period is no change of 
   CHECK(seen[0] == seen[1]);
 }
 
-TEST_CASE("Immersed bodies that have no room or no end are refused") {
+TEST_CASE("Immersed bodies and scenes that have no room, no end or no meaning are refused") {
   const Folder folder;
   const std::vector<std::vector<std::string>> all{
       {"immersed-rod", "immersed.radius=30.0", "the rod overlaps its own image along x"},
@@ -294,6 +294,16 @@ TEST_CASE("Immersed bodies that have no room or no end are refused") {
       {"filament-companions-small", "variant.1.name=FIRST", "is no name"},
       {"crossflow-harmonic", "fluid.nodes=[40, 20, 40]", "the rod overlaps its own image along y"},
       {"coupling-stability", "coupling_stability.point.0.stiffness=1e308", "it lies between"},
+      {"scene-sphere-beside-rod", "body.1.place=[17.0,12.0,4.0]", "rod stands in sphere"},
+      {"scene-sphere-beside-rod", "body.0.place=[2.0,12.0,24.0]", "sphere leaves the fluid"},
+      {"scene-sphere-beside-rod", "body.1.clamped=[5000]", "the body has nodes 0 to 179"},
+      {"scene-sphere-beside-rod", "body.0.shape={cube={}}", "'cube' is no shape"},
+      {"scene-sphere-beside-rod", "body.0.node_mass=0.1", "the exchange of sphere with the fluid grows"},
+      {"scene-sphere-beside-rod", "body.1.name=sphere", "two bodies are called 'sphere'"},
+      {"scene-sphere-beside-rod", "run.periods=3", "both steps and periods"},
+      {"scene-two-prescribed", "observe.0.phases=100", "there is one look a step at most"},
+      {"scene-two-prescribed", "body.0.node_mass=1.0", "the motion of that body is given"},
+      {"scene-chain-alone", "body.0.coupling={}", "the scene has no fluid"},
   };
   for (const auto& refused : all) {
     INFO(refused[0] << " " << refused[1]);
