@@ -186,11 +186,11 @@ std::int64_t Transfer::width() const {
   return visit(delta_, [](auto kernel) -> std::int64_t { return decltype(kernel)::width; });
 }
 
-void add_further_rounds(const Transfer& transfer, const Positions& slip, double marker_volume, int iterations,
-                        Positions& to) {
-  if (iterations == 1) return;
+void add_further_rounds(const Transfer& transfer, const Positions& slip, double marker_volume,
+                        int forcing_iterations, Positions& to) {
+  if (forcing_iterations == 1) return;
   Positions missing = slip, given, answered;
-  for (int round = 1; round < iterations; ++round) {
+  for (int round = 1; round < forcing_iterations; ++round) {
     transfer.spread(marker_volume * missing, given);
     transfer.interpolate(given, answered);
     missing -= answered;

@@ -66,9 +66,9 @@ class Transfer {
   std::vector<std::int32_t> place_of_slot_;  // per touched x of a row: place in nodes(), or -1
 };
 
-/// What the rounds of direct forcing after the first ask for, added to `to`, one row per marker: each finds
-/// the slip that the force so far, V times the slips before, leaves in a fluid at rest.
-void add_further_rounds(const Transfer& transfer, const Positions& slip, double marker_volume, int iterations,
-                        Positions& to);
+/// What the iterations of multi-direct forcing after the first ask for, added to `to`, one row per marker:
+/// each finds the slip that the force so far, V times the slips before, leaves in a fluid at rest.
+void add_further_rounds(const Transfer& transfer, const Positions& slip, double marker_volume,
+                        int forcing_iterations, Positions& to);
 
 }  // namespace veriflex::coupling

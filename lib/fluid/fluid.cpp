@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/error.hpp"
 #include "base/memory.hpp"
@@ -161,19 +162,14 @@ class FluidOf final : public Fluid {
 
   void start(const std::function<Populations(std::int64_t)>& at) override {
     steps_ = 0;
-    const Grid& grid = spec_.grid;
-#pragma omp parallel for
-    for (std::int64_t z = 0; z < grid.size[2]; ++z) {
-      for (std::int64_t y = 0; y < grid.size[1]; ++y) {
-        if (stop::signal.load(std::memory_order_relaxed) != 0) continue;  // nothing may be thrown in here
-        for (std::int64_t x = 0; x < grid.size[0]; ++x) {
-          const std::int64_t node = grid.index(x, y, z);
-          const Populations h = at(node);
-          for (int q = 0; q < Q; ++q) *slot(q, node) = static_cast<Real>(h[static_cast<std::size_t>(q)]);
-        }
-      }
-    }
+    put(at);
     stop_if_asked("fluid step", 0);
+  }
+
+  void restore(const State& state) override {
+    steps_ = state.steps;
+    put([&](std::int64_t node) { return state.populations[static_cast<std::size_t>(node)]; });
+    stop_if_asked("fluid step", steps_);
   }
 
   void collide_and_stream(const NodeForces& forces) override {
@@ -265,6 +261,24 @@ class FluidOf final : public Fluid {
   struct SlotPair {
     std::int64_t first, second;  // from base()
   };
+
+  /// Populations of each node before the step to come.
+  template <class At>
+  void put(const At& at) {
+    const Grid& grid = spec_.grid;
+    // Each slot belongs to one node and direction: threads do not meet.
+#pragma omp parallel for
+    for (std::int64_t z = 0; z < grid.size[2]; ++z) {
+      for (std::int64_t y = 0; y < grid.size[1]; ++y) {
+        if (stop::signal.load(std::memory_order_relaxed) != 0) continue;  // nothing may be thrown in here
+        for (std::int64_t x = 0; x < grid.size[0]; ++x) {
+          const std::int64_t node = grid.index(x, y, z);
+          const Populations h = at(node);
+          for (int q = 0; q < Q; ++q) *arriving(q, node) = static_cast<Real>(h[static_cast<std::size_t>(q)]);
+        }
+      }
+    }
+  }
 
   bool odd() const { return steps_ % 2 == 1; }
   Real* base() const { return lattice_.slots[0]; }
@@ -385,6 +399,14 @@ Mat3 viscous_stress(const Populations& h, double relaxation_time) {
     sum += (h[q] - rest[q]) * v * v.transpose();
   }
   return -(1.0 - 0.5 / relaxation_time) * sum;
+}
+
+State Fluid::state() const {
+  std::vector<std::int64_t> nodes(static_cast<std::size_t>(spec_.grid.count()));
+  std::iota(nodes.begin(), nodes.end(), std::int64_t{0});
+  State state{steps_, std::vector<Populations>(nodes.size())};
+  populations(nodes, state.populations);
+  return state;
 }
 
 double memory_bytes(const Spec& spec) {

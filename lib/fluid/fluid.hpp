@@ -81,6 +81,13 @@ struct Extremes {
   std::int64_t max_speed_node;
 };
 
+/// Everything that determines a flow from here on, beside its Spec. Between two steps it does not depend on
+/// how the populations are stored.
+struct State {
+  std::int64_t steps;
+  std::vector<Populations> populations;  // of each node; 0 inside of the obstacle
+};
+
 class Fluid {
  public:
   explicit Fluid(Spec spec) : spec_(std::move(spec)) {}
@@ -93,6 +100,10 @@ class Fluid {
 
   /// Starts at step 0 from the deviations that `at` gives for each node; `at` is called by several threads.
   virtual void start(const std::function<Populations(std::int64_t node)>& at) = 0;
+
+  State state() const;
+  /// Puts back a state of a fluid of the same box and storage: it goes on bit by bit as it would have there.
+  virtual void restore(const State& state) = 0;
 
   /// One step. Throws nothing but Stopped, before it does anything: see extremes().
   virtual void collide_and_stream(const NodeForces& forces = {}) = 0;

@@ -171,6 +171,16 @@ void apply_override(toml::table& document, const std::string& setting, const std
     }
     at = next;
   }
+  if (toml::array* array = at->as_array(); array != nullptr && entry(*array, last) != nullptr) {
+    const auto place = array->cbegin() + static_cast<std::ptrdiff_t>(std::stoul(last));
+    if (removes) {
+      array->erase(place);
+      return;
+    }
+    array->replace(place, std::move(*parsed.get("value")));
+    mark(*array->get(std::stoul(last)), setting, overridden);
+    return;
+  }
   toml::table* table = at->as_table();
   if (table == nullptr || last.empty()) {
     bad(fmt::format("'{}' is not inside a table of {}", path, file), "", "Look at the case file");
@@ -257,6 +267,8 @@ bool Table::has(const std::string& key) const {
 }
 
 bool Table::has_list(const std::string& key) const { return has(key) && node_->table->get(key)->is_array(); }
+
+bool Table::has_text(const std::string& key) const { return has(key) && node_->table->get(key)->is_string(); }
 
 double Table::number(const std::string& key) const {
   return as_number(*this, key, need(*this, *node_, key), false);

@@ -27,6 +27,7 @@ class Table {
 
   bool has(const std::string& key) const;
   bool has_list(const std::string& key) const;  // there, and an array
+  bool has_text(const std::string& key) const;  // there, and a text
 
   double number(const std::string& key) const;  // finite; an integer counts as a number
   std::int64_t integer(const std::string& key, std::int64_t min, std::int64_t max) const;
@@ -90,8 +91,9 @@ class Table {
 /// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare
 /// word is taken as text). `[[name]]` entries are addressed as `name.0`; the number after the last adds one.
 /// An override of a key or table that the document lacks adds it, and a reader that does not know it will
-/// object. One without value, `key=`, removes the key or table. Throws InputError.
+/// object. One without value, `key=`, removes the key or table. Entries of a list are
+/// addressed by their number, `nodes.2=32`. Throws InputError.
 Table parse_document(const std::string& text, const std::string& file,
-                       const std::vector<std::string>& overrides = {});
+                     const std::vector<std::string>& overrides = {});
 
 }  // namespace veriflex::io

@@ -2,8 +2,6 @@
 
 namespace veriflex::observe {
 
-namespace {
-
 std::vector<Column> columns_of(const Fields& fields) {
   std::vector<Column> columns;
   for (const char* axis : {"x", "y", "z"}) columns.push_back({axis, axis, "L", "position of the node", {}});
@@ -20,8 +18,6 @@ std::vector<Column> columns_of(const Fields& fields) {
   }
   return columns;
 }
-
-}  // namespace
 
 Record at_nodes(const fluid::Fluid& fluid, std::span<const std::int64_t> nodes, const Fields& fields,
                 const std::string& name, const std::string& title) {

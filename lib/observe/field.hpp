@@ -19,6 +19,9 @@ struct Fields {
   bool stress = false;    // viscous; without a force in its equilibrium  [M L^-1 T^-2]
 };
 
+/// The columns of such a record: x, y, z of the node and what is asked for.
+std::vector<Column> columns_of(const Fields& fields);
+
 /// One row per node: x, y, z and what was asked for, before the next collision.
 Record at_nodes(const fluid::Fluid& fluid, std::span<const std::int64_t> nodes, const Fields& fields,
                 const std::string& name, const std::string& title);

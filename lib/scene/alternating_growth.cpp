@@ -18,7 +18,7 @@ using Sparse = Eigen::SparseMatrix<double>;
 
 constexpr double tolerance = 1e-11;    // of eigenvalues
 constexpr double room = 0.02;          // of 1 + cos(n theta), which the polynomials divide by
-constexpr int most_terms = 200;         // of a polynomial; `room` needs 60
+constexpr int most_terms = 200;        // of a polynomial; `room` needs 60
 constexpr double series_ends = 1e-14;  // last coefficient over the largest
 constexpr double overflow =
     1e100;  // of a matrix: beyond, its norm is all that is known, and all that is asked
@@ -101,7 +101,7 @@ Eigen::MatrixXd rounds_of(const CoupledStep& step) {
   const Eigen::Index n = step.exchange().rows();
   const double V = step.marker_volume();
   Eigen::MatrixXd missing = Eigen::MatrixXd::Identity(n, n), sum = missing;
-  for (int round = 1; round < step.iterations(); ++round) {
+  for (int round = 1; round < step.forcing_iterations(); ++round) {
     missing -= V * (step.exchange() * missing);
     sum += missing;
   }
@@ -121,8 +121,9 @@ std::optional<AlternatingGrowth> AlternatingGrowth::of(const CoupledStep& step, 
   const double stiffest = scales.stiffness * (1.0 + 1e-9);
   const double cosine = 1.0 - stiffest / (2.0 * step.node_mass() * n * n);
   const bool slow = cosine > std::cos(std::numbers::pi / n) && 1.0 + std::cos(n * std::acos(cosine)) > room;
-  if (step.is_live() || step.is_damped() || !slow || !(scales.answered < 2.0 - 1e-9)) return std::nullopt;
-  if (step.iterations() > 1 && static_cast<double>(step.exchange().rows()) > most_rounds_markers)
+  if (step.is_subcycled() || step.is_damped() || !slow || !(scales.answered < 2.0 - 1e-9))
+    return std::nullopt;
+  if (step.forcing_iterations() > 1 && static_cast<double>(step.exchange().rows()) > most_rounds_markers)
     return std::nullopt;
   // A mode of negative stiffness -k grows by at most 1 + sqrt(k/m), whatever the fluid does.
   constexpr double fastest = 1e-2;
@@ -132,7 +133,7 @@ std::optional<AlternatingGrowth> AlternatingGrowth::of(const CoupledStep& step, 
     if (own_growth > fastest) return std::nullopt;
   }
   AlternatingGrowth growth(step, stiffest, own_growth);
-  if (step.iterations() > 1) growth.root_of_Q_ = rounds_of(step).llt().matrixL();
+  if (step.forcing_iterations() > 1) growth.root_of_Q_ = rounds_of(step).llt().matrixL();
   return growth;
 }
 

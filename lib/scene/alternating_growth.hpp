@@ -1,7 +1,8 @@
-/// How fast the exchange can grow while its force is held through the sub-steps: an alternation, found from
+/// How fast the exchange can grow while its force is frozen over the sub-steps: an alternation, found from
 /// symmetric problems alone.
 ///
-/// With the force F held over a step of n sub-steps, motions that grow by lambda a step obey, at the markers,
+/// With the force F frozen over a step of n sub-steps, motions that grow by lambda a step obey, at the
+/// markers,
 ///
 ///   [Q^-1 + A/(lambda - 1) + (lambda - 1)/m P b(K) (lambda^2 - 2 lambda c(K) + 1)^-1 P^T] F = 0
 ///
@@ -38,8 +39,8 @@ constexpr double growth_resolution = 1e-5;
 
 class AlternatingGrowth {
  public:
-  /// Nothing when that theory does not hold for the step: force live, damped, a mode that turns by more than
-  /// about half a turn in a step, V S of 2 and more, a body that by itself grows fast.
+  /// Nothing when that theory does not hold for the step: force subcycled, damped, a mode that turns by more
+  /// than about half a turn in a step, V S of 2 and more, a body that by itself grows fast.
   static std::optional<AlternatingGrowth> of(const CoupledStep& step, const Scales& scales);
 
   /// Whether something grows by more than that factor, at least 1, in a step.

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "coupling/transfer.hpp"
+#include "scene/markers.hpp"
 #include "solid/dof_map.hpp"
 #include "solid/modes.hpp"
 
@@ -41,9 +43,8 @@ Eigen::SparseMatrix<double> exchange_of(const coupling::Transfer& transfer, Eige
 
 }  // namespace
 
-CoupledStep::CoupledStep(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
-                         FluidMemory memory)
-    : coupling_(coupling),
+CoupledStep::CoupledStep(const fluid::Spec& fluid, const Body& body, FluidMemory memory)
+    : coupling_(*body.coupling),
       memory_(memory),
       node_mass_(body.conditions.node_mass),
       drag_(body.conditions.drag) {
@@ -56,9 +57,9 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, const Body& body, const Coupl
                     .substeps();
   }
 
-  const std::vector<std::int32_t> nodes = coupled_nodes(body.network, coupling);
-  coupling::Transfer transfer(fluid.grid, closed(fluid), coupling.delta, fluid.obstacle);
-  transfer.locate(markers_at_rest(body.network, coupling));
+  const std::vector<std::int32_t> nodes = coupled_nodes(body);
+  coupling::Transfer transfer(fluid.grid, closed(fluid), coupling_.delta, fluid.obstacle);
+  transfer.locate(markers_at_rest(body));
   exchange_ = exchange_of(transfer, static_cast<Eigen::Index>(nodes.size()));
   const solid::DofMap dofs(held);
   for (int axis = 0; axis < 3; ++axis) {
@@ -110,7 +111,7 @@ CoupledStep::Vector CoupledStep::next(const Vector& state) const {
 
   Vector wanted = W;
   Vector missing = W - at_markers(v);
-  for (int round = 1; round < coupling_.iterations; ++round) {  // coupling::add_further_rounds
+  for (int round = 1; round < coupling_.forcing_iterations; ++round) {  // coupling::add_further_rounds
     missing -= V * exchanged(missing);
     wanted += missing;
   }
@@ -118,7 +119,7 @@ CoupledStep::Vector CoupledStep::next(const Vector& state) const {
   Vector mean = Vector::Zero(marker_values());
   for (int i = 0; i < substeps_; ++i) {
     v *= (1.0 - half_drag) / (1.0 + half_drag);
-    if (coupling_.live && i > 0) force = V * (wanted - at_markers(v));
+    if (coupling_.subcycled && i > 0) force = V * (wanted - at_markers(v));
     mean += force / substeps_;
     v += kick * (f + at_coordinates(force));
     f -= step * (stiffness_ * v);

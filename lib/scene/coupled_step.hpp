@@ -10,7 +10,7 @@
 #include <Eigen/SparseCore>
 #include <vector>
 
-#include "scene/simulation.hpp"
+#include "scene/scene.hpp"
 
 namespace veriflex::scene {
 
@@ -23,8 +23,9 @@ class CoupledStep {
   using Vector = Eigen::VectorXd;
   using Sparse = Eigen::SparseMatrix<double>;
 
-  /// Throws NumericalFailure when the body has no energy where it stands, or a marker no place.
-  CoupledStep(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling, FluidMemory memory);
+  /// Of a body with a coupling. Throws NumericalFailure when it has no energy where it stands, or a marker no
+  /// place.
+  CoupledStep(const fluid::Spec& fluid, const Body& body, FluidMemory memory);
 
   Eigen::Index size() const { return 2 * free_count() + marker_values(); }
   Eigen::Index free_count() const { return stiffness_.rows(); }
@@ -42,10 +43,10 @@ class CoupledStep {
   const Sparse& stiffness() const { return stiffness_; }  // K  [M T^-2]
   const Sparse& exchange() const { return exchange_; }    // A of one axis  [L^-3]
   double marker_volume() const { return coupling_.marker_volume; }
-  int iterations() const { return coupling_.iterations; }
+  int forcing_iterations() const { return coupling_.forcing_iterations; }
   int substeps() const { return substeps_; }
   /// Whether F follows the solid between the sub-steps.
-  bool is_live() const { return coupling_.live && substeps_ > 1; }
+  bool is_subcycled() const { return coupling_.subcycled && substeps_ > 1; }
   bool is_damped() const { return drag_ > 0.0; }
   FluidMemory memory() const { return memory_; }
   bool couples_free_coordinates() const;

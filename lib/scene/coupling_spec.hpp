@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "base/vec.hpp"
 #include "coupling/delta.hpp"
 
 namespace veriflex::scene {
@@ -22,11 +21,11 @@ struct CouplingSpec {
   Coupled coupled = Coupled::Boundary;
   std::vector<std::int32_t> listed{};  // nodes of the network, for Coupled::Listed
   double marker_volume = 1.0;          // V  [L^3]
-  bool live = false;                   // F_int follows the solid through its sub-steps; held otherwise
-  int iterations = 1;  // more: F_int is corrected by the slip that it would leave, fluid at rest meanwhile
-  Vec3 origin = Vec3::Zero();  // where the body's origin stands in the box  [L]
-  bool force = false;          // runs even where the exchange is known to be unstable
-  int axis = 2;                // of the box, along which the body's own z axis points
+  bool subcycled = false;  // F_int follows the solid through its sub-steps; frozen over the step otherwise
+  /// Multi-direct forcing: more than one corrects F_int by the slip that it would leave, fluid at rest
+  /// meanwhile.
+  int forcing_iterations = 1;
+  bool allow_unstable = false;  // runs even where the coupling is known to be unstable
 };
 
 }  // namespace veriflex::scene

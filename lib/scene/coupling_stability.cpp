@@ -130,21 +130,19 @@ Growth large_growth(const CoupledStep& step) {
   return growth_of_large(step, scales_of(step), steps_for_growth);
 }
 
-Growth coupling_growth(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
-                       FluidMemory memory) {
-  const CoupledStep step(fluid, body, coupling, memory);
+Growth coupling_growth(const fluid::Spec& fluid, const Body& body, FluidMemory memory) {
+  const CoupledStep step(fluid, body, memory);
   return step.size() <= dense_size ? dense_growth(step) : large_growth(step);
 }
 
-double answered_slip(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling) {
-  return scales_of(CoupledStep(fluid, body, coupling, FluidMemory::Keeps)).answered;
+double answered_slip(const fluid::Spec& fluid, const Body& body) {
+  return scales_of(CoupledStep(fluid, body, FluidMemory::Keeps)).answered;
 }
 
-double critical_node_mass(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
-                          double accuracy, FluidMemory memory) {
+double critical_node_mass(const fluid::Spec& fluid, const Body& body, double accuracy, FluidMemory memory) {
   constexpr double stride = 1.5;
   constexpr int most_strides = 40;
-  CoupledStep step(fluid, body, coupling, memory);
+  CoupledStep step(fluid, body, memory);
   const Scales scales = scales_of(step);
   if (memory == FluidMemory::Keeps && step.couples_free_coordinates() && scales.answered >= 2.0) {
     throw NumericalFailure(

@@ -30,21 +30,21 @@ struct Growth {
 /// The spectral radius of that map: of a small state all eigenvalues, by a dense solver.
 Growth dense_growth(const CoupledStep& step);
 
-/// The same of any state: held forces by AlternatingGrowth; others by many steps of the map from a motion
+/// The same of any state: frozen forces by AlternatingGrowth; others by many steps of the map from a motion
 /// without pattern, and the Krylov space of what is left, whose eigenvalues count only with their residual.
 Growth large_growth(const CoupledStep& step);
 
-/// The one or the other. Throws NumericalFailure when the body has no energy where it stands.
-Growth coupling_growth(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
-                       FluidMemory memory = FluidMemory::Keeps);
+/// The one or the other, of a body with a coupling. Throws NumericalFailure when the body has no energy where
+/// it stands.
+Growth coupling_growth(const fluid::Spec& fluid, const Body& body, FluidMemory memory = FluidMemory::Keeps);
 
 /// V S, S the largest eigenvalue of A: the part of a slip that the exchange takes away at once where it takes
 /// most. From 2 on it turns every slip of that pattern into a larger one, whatever the body weighs.
-double answered_slip(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling);
+double answered_slip(const fluid::Spec& fluid, const Body& body);
 
 /// The node mass at which coupling_growth() comes down to 1, to a relative accuracy: smaller ones are
 /// unstable; 0 when none is. Throws NumericalFailure when all are, which is so for V S >= 2.
-double critical_node_mass(const fluid::Spec& fluid, const Body& body, const CouplingSpec& coupling,
-                          double accuracy, FluidMemory memory = FluidMemory::Keeps);
+double critical_node_mass(const fluid::Spec& fluid, const Body& body, double accuracy,
+                          FluidMemory memory = FluidMemory::Keeps);
 
 }  // namespace veriflex::scene

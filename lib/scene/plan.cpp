@@ -36,7 +36,7 @@ Size size_of(const solid::Rod& rod) {
           fmt::format("rod of radius {}, {} sections,", rod.radius, rod.sections)};
 }
 
-void plan_solid(const SolidSpec& spec, const Scene& scene, Plan& plan) {
+void plan_solid(const SolidSpec& spec, const Outline& scene, Plan& plan) {
   const Size size = std::visit([](const auto& shape) { return size_of(shape); }, spec.shape);
   const bool angles = spec.angle_stiffness != 0.0;
   const double angle_count = angles ? 15.0 * size.nodes : 0.0;
@@ -124,12 +124,12 @@ std::string words_of(const CouplingSpec& coupling, const std::string& exchange) 
       coupling::visit(coupling.delta, [](auto kernel) { return std::string(kernel.name); });
   if (!exchange.empty()) return fmt::format("{}, {} delta", exchange, delta);
   return fmt::format("{}, {} delta, force {}", nodes, delta,
-                     coupling.live ? "live over the sub-steps" : "held over the sub-steps");
+                     coupling.subcycled ? "following the sub-steps" : "frozen over the sub-steps");
 }
 
 }  // namespace
 
-Plan plan(const Scene& scene) {
+Plan plan(const Outline& scene) {
   Plan plan;
   if (scene.law) plan.built.push_back({"bond law", describe(*scene.law), 0.0});
   if (scene.solid) {
@@ -147,6 +147,56 @@ Plan plan(const Scene& scene) {
   } else {
     plan.left_out.push_back({"coupling", "no body meets a fluid"});
   }
+  return plan;
+}
+
+namespace {
+
+double memory_of(const Body& body) {
+  const auto nodes = static_cast<double>(body.network.node_count());
+  const auto bonds = static_cast<double>(body.network.bonds.size());
+  const double network =
+      nodes * 24.0 + bonds * 32.0 + static_cast<double>(body.network.angles.size()) * sizeof(solid::Angle);
+  return body.motion ? network : network + nodes * 4.0 * 24.0 + bonds * 48.0;
+}
+
+void plan_body(const Body& body, bool in_fluid, Plan& plan) {
+  std::string how = "rigid, its motion is given";
+  if (!body.motion) {
+    how = fmt::format("{}; leap-frog, {}", describe(body.material.law),
+                      body.substeps.safety > 0.0 ? std::string("sub-steps as the stiffest bond needs")
+                                                 : fmt::format("{} sub-steps", body.substeps.count));
+  }
+  plan.built.push_back({"body " + body.name,
+                        fmt::format("{} nodes, {} bonds, {} angles; {}", body.network.node_count(),
+                                    body.network.bonds.size(), body.network.angles.size(), how),
+                        memory_of(body)});
+  if (in_fluid && body.coupling) {
+    plan.built.push_back({"coupling of " + body.name, words_of(*body.coupling, ""), 0.0});
+  } else {
+    plan.left_out.push_back({"coupling of " + body.name, "it meets no fluid"});
+  }
+  if (body.motion) return;
+  if (body.network.angles.empty())
+    plan.left_out.push_back({"angles of " + body.name, "k_a = 0: no list, no loop"});
+  const solid::Conditions& conditions = body.conditions;
+  if (conditions.fixed.size() == 0 && !conditions.drive) {
+    plan.left_out.push_back({"constraints of " + body.name, "no pass over held or driven coordinates"});
+  }
+  if (conditions.load.size() == 0) plan.left_out.push_back({"loads of " + body.name, "no pass over them"});
+}
+
+}  // namespace
+
+Plan plan_scene(const Scene& scene) {
+  Plan plan;
+  if (scene.fluid) {
+    plan_fluid(*scene.fluid, plan);
+  } else {
+    plan.left_out.push_back({"fluid", "the case names none"});
+  }
+  for (const Body& body : scene.bodies) plan_body(body, scene.fluid.has_value(), plan);
+  if (scene.bodies.empty()) plan.left_out.push_back({"bodies", "the case names none"});
   return plan;
 }
 

@@ -8,7 +8,7 @@
 
 #include "bond/laws.hpp"
 #include "fluid/fluid.hpp"
-#include "scene/coupling_spec.hpp"
+#include "scene/scene.hpp"
 #include "solid/network.hpp"
 
 namespace veriflex::scene {
@@ -18,8 +18,8 @@ struct SolidSpec {
   double angle_stiffness;  // k_a; 0 builds no angles  [M L^2 T^-2]
 };
 
-/// A module that is not named is absent: not built, no memory.
-struct Scene {
+/// What a study of one body makes use of. A module that is not named is absent: not built, no memory.
+struct Outline {
   std::optional<bond::AnyLaw> law{};
   std::optional<SolidSpec> solid{};
   std::string method{};  // how the solid is solved, in words
@@ -27,7 +27,7 @@ struct Scene {
   std::optional<fluid::Spec> fluid{};
   std::optional<CouplingSpec> coupling{};  // of a body and the fluid
   std::string exchange{};  // that coupling in words, where the study varies it or lays its own markers
-  bool is_free = false;  // no coordinate of it is held or driven
+  bool is_free = false;    // no coordinate of it is held or driven
 };
 
 struct Built {
@@ -48,7 +48,10 @@ struct Plan {
 
 /// Throws BadParameter ("solid.nodes", "fluid.nodes") when a module would not fit into the memory that is
 /// available now.
-Plan plan(const Scene& scene);
+Plan plan(const Outline& scene);
+
+/// The same of a scene whose bodies are built. Throws BadParameter ("fluid.nodes").
+Plan plan_scene(const Scene& scene);
 
 solid::Network build(const SolidSpec& spec);
 

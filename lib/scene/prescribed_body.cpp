@@ -7,13 +7,17 @@ PrescribedBody::PrescribedBody(const fluid::Spec& fluid, const Forcing& forcing)
 
 void PrescribedBody::place(const Positions& X) { transfer_.locate(X); }
 
-void PrescribedBody::advance(fluid::Fluid& fluid, const Vec3& velocity) {
+void PrescribedBody::exchange(const fluid::Fluid& fluid, const Vec3& velocity) {
   fluid.velocities(transfer_.nodes(), at_nodes_);
   transfer_.interpolate(at_nodes_, slip_);
   slip_.rowwise() -= velocity.transpose();
   force_ = slip_;
-  coupling::add_further_rounds(transfer_, slip_, forcing_.marker_volume, forcing_.iterations, force_);
+  coupling::add_further_rounds(transfer_, slip_, forcing_.marker_volume, forcing_.forcing_iterations, force_);
   force_ *= forcing_.marker_volume;
+}
+
+void PrescribedBody::advance(fluid::Fluid& fluid, const Vec3& velocity) {
+  exchange(fluid, velocity);
   transfer_.spread(-force_, spread_);
   fluid.collide_and_stream({transfer_.nodes(), &spread_});
 }

@@ -3,7 +3,7 @@
 ///
 ///   F = V (u_f - u_s),  u_f interpolated from sum f c / rho before the collision, and - F is spread
 ///
-/// As in `Simulation`, but nothing moves the body: F is what holds it on its way. Further rounds correct F by
+/// As in `MovingBody`, but nothing moves the body: F is what holds it on its way. Further rounds correct F by
 /// the slip that it would leave, fluid at rest meanwhile. A steady drag needs a steady slip: F is nothing
 /// but V times the slip that the last step left.
 #pragma once
@@ -16,7 +16,7 @@ namespace veriflex::scene {
 struct Forcing {
   coupling::Delta delta = coupling::Delta::Cosine;
   double marker_volume = 1.0;  // V: of the fluid that a marker stands for  [L^3]
-  int iterations = 1;
+  int forcing_iterations = 1;
 };
 
 class PrescribedBody {
@@ -27,7 +27,11 @@ class PrescribedBody {
   /// Puts the markers at X, one row each. Throws NumericalFailure as Transfer::locate does.
   void place(const Positions& X);
 
-  /// One step of the fluid, with the body where it was placed and in motion with that velocity.
+  /// F from the fluid's present populations, with the body where it was placed and in motion with that
+  /// velocity.
+  void exchange(const fluid::Fluid& fluid, const Vec3& velocity);
+
+  /// exchange(), and one step of the fluid under - F.
   void advance(fluid::Fluid& fluid, const Vec3& velocity);
 
   /// F of the last step: of the fluid on the body, one row per marker  [M L T^-2].
@@ -41,7 +45,9 @@ class PrescribedBody {
   /// stays, however many rounds are made.
   Positions slip_of_fluid() const;
 
-  /// - F of the last step at the lattice's nodes, until the next place().
+  const coupling::Transfer& transfer() const { return transfer_; }
+
+  /// - F of the last advance() at the lattice's nodes, until the next place().
   fluid::NodeForces spread() const { return {transfer_.nodes(), &spread_}; }
 
  private:

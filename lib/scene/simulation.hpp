@@ -1,64 +1,49 @@
-/// A body in a fluid: one step as the method section writes it.                    [wu-qi-2014, Eqs. 8-12]
+/// A scene in motion: one step as the method section writes it.                    [wu-qi-2014, Eqs. 8-12]
 ///
-/// Within a step: velocities are interpolated at the present markers from the present populations; F_int =
-/// rho_f V (u_f - u_s), with the velocity that the solid carries, half a sub-step old; the solid moves under
-/// its internal forces and F_int; - F_int, its mean over the sub-steps, is spread where u_f was interpolated;
-/// the fluid collides and streams. An averaged on-step solid velocity instead of the carried one makes the
-/// exchange unstable.
+/// Within a step: velocities are interpolated at the present markers of all bodies from the same present
+/// populations; each body moves under its internal forces and F_int = rho_f V (u_f - u_s); - F_int, its mean
+/// over the sub-steps, is spread where u_f was interpolated, and at nodes under several bodies the reactions
+/// add up; the fluid collides and streams. A scene without fluid, or without bodies, makes the same step with
+/// what it has.
 #pragma once
 
 #include <memory>
+#include <vector>
 
-#include "coupling/transfer.hpp"
-#include "fluid/fluid.hpp"
-#include "scene/coupling_spec.hpp"
-#include "solid/leapfrog.hpp"
+#include "coupling/summed.hpp"
+#include "scene/moving_body.hpp"
 
 namespace veriflex::scene {
 
-/// Rows of the body's coordinates turned such that its z axis points along `axis`; a rotation, no reflection.
-Positions turned(const Positions& body, int axis);
-
-/// The nodes that exchange momentum, in ascending order. Throws BadParameter when a listed node is not in the
-/// network or listed twice.
-std::vector<std::int32_t> coupled_nodes(const solid::Network& network, const CouplingSpec& coupling);
-
-/// Where these nodes of the undeformed body stand in the box, one row each  [L].
-Positions markers_at_rest(const solid::Network& network, const CouplingSpec& coupling);
-
-struct Body {
-  solid::Material material;
-  solid::Network network;        // already turned
-  solid::Conditions conditions;  // in the axes of the box
-  solid::Substeps substeps;
+/// Everything that determines a run of a scene from here on.
+struct State {
+  std::int64_t steps;
+  std::optional<fluid::State> fluid;  // absent in a scene without one
+  std::vector<MovingBody::State> bodies;
 };
 
 class Simulation {
  public:
-  /// The body at rest, undeformed, in a fluid at rest. Throws BadParameter and NumericalFailure.
-  Simulation(const fluid::Spec& fluid, Body body, const CouplingSpec& coupling);
-
-  /// The leap-frog refers to the network beside it.
-  Simulation(const Simulation&) = delete;
-  Simulation& operator=(const Simulation&) = delete;
+  /// The bodies at rest and undeformed, in the scene's initial flow. Throws BadParameter and
+  /// NumericalFailure.
+  explicit Simulation(Scene scene);
 
   /// One step. Throws NumericalFailure with the step when a bond, an angle or a marker leaves its range.
   void advance();
 
+  /// The state between two steps, and back to one of the same scene: the run then goes on bit by bit as it
+  /// went from there. What the last step exchanged is no part of it and is not known until the next.
+  State state() const;
+  void restore(const State& state);
+
+  std::int64_t steps() const { return steps_; }
+  bool has_fluid() const { return fluid_ != nullptr; }
   const fluid::Fluid& fluid() const { return *fluid_; }
-  const solid::Leapfrog& solid() const { return motion_; }
-  const solid::Network& network() const { return body_.network; }
-  const std::vector<std::int32_t>& coupled() const { return coupled_; }
-  /// Positions of all nodes in the box, not wrapped  [L].
-  Positions positions() const;
-  /// F_int of the last step, its mean over the sub-steps, one row per coupled node  [M L T^-2].
-  const Positions& exchanged() const { return exchanged_; }
-  /// Slip u_f - u_s that the last step found, one row per coupled node  [L T^-1].
-  const Positions& slip() const { return slip_; }
-  /// Distinct lattice nodes under the supports in the last step.
-  std::size_t touched_nodes() const { return transfer_.nodes().size(); }
-  /// rho u of the fluid and m v of the body together; conserved when nothing holds or drives the body  [M L
-  /// T^-1].
+  std::size_t body_count() const { return bodies_.size(); }
+  const MovingBody& body(std::size_t i = 0) const { return *bodies_[i]; }
+
+  /// rho u of the fluid and m v of the bodies together; conserved in a periodic box when no coordinate is
+  /// held, driven or loaded and no motion given  [M L T^-1].
   Vec3 momentum() const;
 
   struct Spent {
@@ -71,13 +56,11 @@ class Simulation {
   const Seconds& seconds() const { return seconds_; }
 
  private:
-  CouplingSpec coupling_;
-  Body body_;
-  std::vector<std::int32_t> coupled_;
-  coupling::Transfer transfer_;
-  std::unique_ptr<fluid::Fluid> fluid_;
-  solid::Leapfrog motion_;
-  Positions markers_, at_nodes_, wanted_, slip_, exchanged_, spread_;
+  std::int64_t steps_ = 0;
+  std::unique_ptr<fluid::Fluid> fluid_;               // null without one
+  std::vector<std::unique_ptr<MovingBody>> bodies_;   // in the scene's order
+  std::vector<MovingBody*> coupled_;                  // those that meet the fluid
+  std::unique_ptr<coupling::SummedForces> reaction_;  // null unless several bodies are coupled
   Seconds seconds_;
 };
 

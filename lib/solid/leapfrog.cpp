@@ -106,6 +106,15 @@ void Leapfrog::advance(Extra extra_kick) {
   ++steps_;
 }
 
+void Leapfrog::restore(const State& state) {
+  u_ = state.displacement;
+  v_ = state.half_velocity;
+  steps_ = state.steps;
+  count_ = state.substeps;
+  stiffest_ = state.stiffest;
+  if (!evaluate(u_)) fail(fmt::format("step {}", steps_), u_);
+}
+
 void Leapfrog::step() {
   advance([](double) {});
 }
@@ -125,7 +134,7 @@ void Leapfrog::step(const VelocityCoupling& coupling, Positions& mean) {
   mean.setZero(count, 3);
   bool first = true;
   advance([&](double kick) {
-    if (coupling.live && !first) evaluate_coupling(force);
+    if (coupling.subcycled && !first) evaluate_coupling(force);
     first = false;
     mean += force;
     for (int axis = 0; axis < 3; ++axis) {

@@ -49,7 +49,7 @@ struct VelocityCoupling {
   const std::vector<std::int32_t>& nodes;
   const Positions& target;  // one row per node of the list  [L T^-1]
   double strength;          // [M T^-1]
-  bool live;                // follows v through the sub-steps, or stays what it is at the start of the step
+  bool subcycled;           // follows v through the sub-steps, or is frozen at the start of the step
 };
 
 class Leapfrog {
@@ -66,6 +66,18 @@ class Leapfrog {
   /// The same under a coupling. `mean` becomes its mean force over the step, one row per coupled node: what
   /// the other side has to bear  [M L T^-2].
   void step(const VelocityCoupling& coupling, Positions& mean);
+
+  /// Everything that determines the motion from here on, beside what the constructor was given.
+  struct State {
+    Positions displacement, half_velocity;
+    std::int64_t steps;
+    int substeps;           // in use, and
+    double stiffest = 0.0;  // the largest bond stiffness when they were chosen  [M T^-2]
+  };
+  State state() const { return {u_, v_, steps_, count_, stiffest_}; }
+  /// Puts a state of this network back: the motion goes on from it bit by bit as it would have there. Throws
+  /// NumericalFailure as step() does when the energy does not exist in it.
+  void restore(const State& state);
 
   const Positions& displacement() const { return u_; }
   /// Velocity half a (sub-)step ago: what the scheme carries.

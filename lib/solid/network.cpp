@@ -118,6 +118,40 @@ Network rod_lattice(const Rod& rod) {
   return builder.build({reach, reach, 0});
 }
 
+namespace {
+
+/// The cells from -reach to reach that `inside` holds, with the middle one at the origin.
+template <class Inside>
+Network lattice_around_origin(const std::array<std::int32_t, 3>& reach, double spacing, Inside inside) {
+  LatticeBuilder builder({2 * reach[0] + 1, 2 * reach[1] + 1, 2 * reach[2] + 1}, spacing);
+  for (std::int32_t z = -reach[2]; z <= reach[2]; ++z) {
+    for (std::int32_t y = -reach[1]; y <= reach[1]; ++y) {
+      for (std::int32_t x = -reach[0]; x <= reach[0]; ++x) {
+        if (inside(x, y, z)) builder.add({x + reach[0], y + reach[1], z + reach[2]});
+      }
+    }
+  }
+  return builder.build(reach);
+}
+
+}  // namespace
+
+Network spheroid_lattice(const Spheroid& spheroid) {
+  const auto across = static_cast<std::int32_t>(std::floor(spheroid.radius));
+  const auto along = static_cast<std::int32_t>(std::floor(spheroid.half_length));
+  const double a2 = spheroid.radius * spheroid.radius;
+  const double c2 = spheroid.half_length * spheroid.half_length;
+  return lattice_around_origin({across, across, along}, spheroid.spacing, [&](double x, double y, double z) {
+    return c2 * (x * x + y * y) + a2 * z * z <= a2 * c2;  // no division: the poles are inside exactly
+  });
+}
+
+Network plate_lattice(const Plate& plate) {
+  const auto half = [](double size) { return static_cast<std::int32_t>(std::floor(0.5 * size)); };
+  return lattice_around_origin({half(plate.sides[0]), half(plate.sides[1]), half(plate.thickness)},
+                               plate.spacing, [](double, double, double) { return true; });
+}
+
 void add_angles(Network& network) {
   for (const std::vector<End>& ends : ends_by_node(network)) {
     for (std::size_t p = 0; p < ends.size(); ++p) {

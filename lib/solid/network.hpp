@@ -47,6 +47,22 @@ struct Rod {
   double spacing;         // r0  [L]
 };
 
+/// Lattice nodes inside a spheroid around the z axis, its centre on a node: (x^2 + y^2)/radius^2 + z^2/half^2
+/// <= 1. A sphere is one with both alike.
+struct Spheroid {
+  double radius;       // across the axis, in spacings
+  double half_length;  // along the axis, in spacings
+  double spacing;      // r0  [L]
+};
+
+/// Lattice nodes inside a plate across the z axis, its centre on a node: |x| <= sides[0]/2, |y| <=
+/// sides[1]/2, |z| <= thickness/2. Without thickness it is one layer of nodes.
+struct Plate {
+  std::array<double, 2> sides;  // along x and y, in spacings
+  double thickness;             // along z, in spacings
+  double spacing;               // r0  [L]
+};
+
 /// The nodes of the block, x fastest, the first at the origin, with one bond per pair of nearest neighbours,
 /// without angles.
 Network cubic_lattice(const Block& block);
@@ -54,6 +70,10 @@ Network cubic_lattice(const Block& block);
 /// The nodes of the rod, section by section, the axis' first node at the origin; bonds as above, without
 /// angles.
 Network rod_lattice(const Rod& rod);
+
+/// The nodes of the spheroid or plate, x fastest, the centre at the origin; bonds as above, without angles.
+Network spheroid_lattice(const Spheroid& spheroid);
+Network plate_lattice(const Plate& plate);
 
 /// Fills network.angles: every unordered pair of bonds of each node, opposite ones straight, all others
 /// right. Meant for a cubic lattice, where bonds are parallel to the axes.

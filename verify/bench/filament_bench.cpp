@@ -72,8 +72,8 @@ nlohmann::json measure(std::array<std::int64_t, 3> box, fluid::Storage storage, 
           {"ms_coupling", coupling},
           {"ms_solid", solid},
           {"ms_total", total},
-          {"coupled_nodes", simulation.coupled().size()},
-          {"touched_nodes", simulation.touched_nodes()},
+          {"coupled_nodes", simulation.body().coupled().size()},
+          {"touched_nodes", simulation.body().touched_nodes()},
           {"mlups", nodes * 1e-3 / total}};
 }
 

@@ -13,19 +13,19 @@ namespace {
 
 constexpr double accuracy = 0.01;  // of the mass that is suggested
 
-std::string remedy(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling) {
+std::string remedy(const fluid::Spec& fluid, const scene::Body& body) {
   try {
-    const double answered = scene::answered_slip(fluid, body, coupling);
+    const double answered = scene::answered_slip(fluid, body);
     if (answered >= 2.0) {
       return fmt::format(
           "No node mass is stable with it: V S = {:.4g}, the marker volume times the largest eigenvalue of "
           "interpolate and spread, must stay below 2. Use a marker volume below {:.3g} or couple fewer nodes",
-          answered, 2.0 * coupling.marker_volume / answered);
+          answered, 2.0 * body.coupling->marker_volume / answered);
     }
     return fmt::format(
         "Use a node mass above {:.3g} (it is {:.3g}), softer bonds, subcycled = true with more sub-steps, or "
         "couple fewer nodes",
-        scene::critical_node_mass(fluid, body, coupling, accuracy), body.conditions.node_mass);
+        scene::critical_node_mass(fluid, body, accuracy), body.conditions.node_mass);
   } catch (const NumericalFailure& failure) {
     return fmt::format("No stable node mass was found ({}). Use softer bonds or couple fewer nodes",
                        failure.what());
@@ -34,18 +34,18 @@ std::string remedy(const fluid::Spec& fluid, const scene::Body& body, const scen
 
 }  // namespace
 
-void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling,
-                    const std::string& what, const Place& node_mass, double& growth, Progress& progress,
-                    Unstable unstable) {
-  const scene::Growth found = scene::coupling_growth(fluid, body, coupling);
+void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const std::string& what,
+                    const Place& node_mass, double& growth, Progress& progress, Unstable unstable) {
+  const scene::Growth found = scene::coupling_growth(fluid, body);
   growth = worse(growth, found.factor);
   if (!found.grows()) return;
   const std::string problem = fmt::format(
       "the coupling of {} to the fluid is unstable: perturbations grow by {:.4g} a step, {:.2g} times in "
       "a hundred steps",
       what, found.factor, std::pow(found.factor, 100.0));
-  const std::string what_helps = remedy(fluid, body, coupling);
-  if (found.factor <= scene::growth_refused || coupling.force || unstable == Unstable::Warned) {
+  const std::string what_helps = remedy(fluid, body);
+  if (found.factor <= scene::growth_refused || body.coupling->allow_unstable ||
+      unstable == Unstable::Warned) {
     progress.warn(fmt::format("{} (without the fluid's own motion, which may just stabilise it). {}", problem,
                               what_helps));
     return;

@@ -17,8 +17,8 @@ enum class Unstable {
 /// that would be stable, and what else helps; beyond scene::growth_refused the scene is refused with an
 /// InputError at `node_mass`, unless coupling.allow_unstable lets it run. `what` names the body. `growth`
 /// becomes the larger of itself and what was found, before anything is refused.
-void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const scene::CouplingSpec& coupling,
-                    const std::string& what, const Place& node_mass, double& growth, Progress& progress,
+void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const std::string& what,
+                    const Place& node_mass, double& growth, Progress& progress,
                     Unstable unstable = Unstable::Refused);
 
 }  // namespace veriflex::engine

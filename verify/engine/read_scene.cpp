@@ -263,14 +263,14 @@ scene::CouplingSpec read_coupling(const io::Table& top) {
     table.fail("marker_volume", fmt::format("'marker_volume' is {}", spec.marker_volume),
                "it lies between 1e-9 and 1e9", "1 is the paper's, one lattice cell");
   }
-  spec.live = table.flag("subcycled", spec.live);
-  spec.force = table.flag("allow_unstable", spec.force);
+  spec.subcycled = table.flag("subcycled", spec.subcycled);
+  spec.allow_unstable = table.flag("allow_unstable", spec.allow_unstable);
   if (table.has("forcing_iterations"))
-    spec.iterations = static_cast<int>(table.integer("forcing_iterations", 1, 100));
+    spec.forcing_iterations = static_cast<int>(table.integer("forcing_iterations", 1, 100));
   return spec;
 }
 
-scene::Plan read_plan(const io::Table& top, const scene::Scene& scene) {
+scene::Plan read_plan(const io::Table& top, const scene::Outline& scene) {
   try {
     return scene::plan(scene);
   } catch (const BadParameter& bad) {

@@ -51,6 +51,6 @@ observe::MonitorSpec read_monitor(const io::Table& top);
 scene::CouplingSpec read_coupling(const io::Table& top);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.
-scene::Plan read_plan(const io::Table& top, const scene::Scene& scene);
+scene::Plan read_plan(const io::Table& top, const scene::Outline& scene);
 
 }  // namespace veriflex::engine

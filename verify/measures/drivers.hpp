@@ -86,6 +86,9 @@ engine::Study read_coupling_stability(const io::Table& top);
 /// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
 engine::Study read_delta_moments(const io::Table& top);
 
+/// Any scene: a fluid, bodies, and what is observed of them.
+engine::Study read_scene(const io::Table& top);
+
 inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
@@ -118,6 +121,7 @@ inline const std::vector<engine::Driver>& all() {
       {"crossflow", "clamped rod in a stream, against a beam under the same forces", &read_crossflow},
       {"coupling-stability", "smallest stable node mass of a coupled rod: linearised map against runs",
        &read_coupling_stability},
+      {"scene", "any scene of a fluid and bodies, and what is observed of it", &read_scene},
       {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };
   return drivers;

@@ -6,6 +6,7 @@
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
 #include "measures/filament/filament_compare.hpp"
+#include "scene/markers.hpp"
 #include "scene/simulation.hpp"
 #include "unit/command.hpp"
 
@@ -58,7 +59,7 @@ Vec3 centre_of_momentum(const fluid::Fluid& fluid) {
 struct Free {
   double mass, volume;
   int substeps, rounds;
-  bool live;
+  bool subcycled;
 };
 
 constexpr double load = 0.02;
@@ -70,34 +71,34 @@ scene::Simulation pushed_pair(const Free& free) {
   body.conditions.node_mass = free.mass;
   body.conditions.load = Positions::Zero(2, 3);
   body.conditions.load.col(0).setConstant(load);
-  return {{.grid = box, .relaxation_time = 0.9},
-          std::move(body),
-          {.delta = coupling::Delta::FourPoint,
-           .coupled = scene::Coupled::Listed,
-           .listed = {0},
-           .marker_volume = free.volume,
-           .live = free.live,
-           .iterations = free.rounds,
-           .origin = {5.3, 4.6, 5.2}}};
+  body.place = {5.3, 4.6, 5.2};
+  body.coupling = {.delta = coupling::Delta::FourPoint,
+                   .coupled = scene::Coupled::Listed,
+                   .listed = {0},
+                   .marker_volume = free.volume,
+                   .subcycled = free.subcycled,
+                   .forcing_iterations = free.rounds};
+  return scene::Simulation({.fluid = fluid::Spec{.grid = box, .relaxation_time = 0.9}, .bodies = {body}});
 }
 
 }  // namespace
 
 TEST_CASE(
-    "A free node takes F = V (u_f - v) as arithmetic says, for any V, mass and sub-steps, held and live") {
+    "A free node takes F = V (u_f - v) as arithmetic says, for any V, mass and sub-steps, frozen and "
+    "subcycled") {
   for (const Free& free :
        {Free{1.0, 1.0, 1, 1, false}, Free{0.8, 0.6, 3, 1, false}, Free{0.8, 0.6, 3, 1, true},
         Free{2.0, 1.7, 4, 1, true}, Free{3.0, 1.2, 2, 2, false}}) {
-    INFO("V = " << free.volume << ", live " << free.live << ", rounds " << free.rounds);
+    INFO("V = " << free.volume << ", subcycled " << free.subcycled << ", rounds " << free.rounds);
     scene::Simulation simulation = pushed_pair(free);
     const double h = 1.0 / free.substeps;
     // The coupled node is bound to one that is not: the bond turns, and its force is of second order in the
     // turn.
     for (int step = 0; step < 3; ++step) {
-      const Vec3 X = simulation.positions().row(0);
+      const Vec3 X = simulation.body().positions().row(0);
       const double u = velocity_at(simulation.fluid(), X)[0];
-      double v = simulation.solid().half_velocity()(0, 0);
-      const double before = simulation.solid().displacement()(0, 0);
+      double v = simulation.body().solid().half_velocity()(0, 0);
+      const double before = simulation.body().solid().displacement()(0, 0);
       const Vec3 momentum = simulation.fluid().totals().momentum;
 
       double squares = 0.0;  // sum D^2: what the marker feels of its own force
@@ -113,16 +114,16 @@ TEST_CASE(
       if (free.rounds == 2) wanted += (u - v) * (1.0 - free.volume * squares);
       double F = free.volume * (wanted - v), mean = 0.0, moved = 0.0;
       for (int i = 0; i < free.substeps; ++i) {
-        if (free.live) F = free.volume * (wanted - v);
+        if (free.subcycled) F = free.volume * (wanted - v);
         mean += F / free.substeps;
         v += h / free.mass * (load + F);
         moved += h * v;
       }
       simulation.advance();
-      CHECK(simulation.exchanged()(0, 0) == Approx(mean).epsilon(1e-3));
-      CHECK(simulation.solid().displacement()(0, 0) - before == Approx(moved).epsilon(1e-3));
+      CHECK(simulation.body().exchanged()(0, 0) == Approx(mean).epsilon(1e-3));
+      CHECK(simulation.body().solid().displacement()(0, 0) - before == Approx(moved).epsilon(1e-3));
       const Vec3 gained = simulation.fluid().totals().momentum - momentum;
-      CHECK((gained + simulation.exchanged().row(0).transpose()).norm() < 1e-15);
+      CHECK((gained + simulation.body().exchanged().row(0).transpose()).norm() < 1e-15);
     }
   }
 }
@@ -130,9 +131,9 @@ TEST_CASE(
 TEST_CASE(
     "The reaction enters the fluid where the marker was when the velocity was taken, not where it went") {
   scene::Simulation simulation = pushed_pair({0.3, 1.0, 2, 1, false});
-  const Vec3 X = simulation.positions().row(0);
+  const Vec3 X = simulation.body().positions().row(0);
   simulation.advance();
-  const double moved = simulation.positions()(0, 0) - X[0];
+  const double moved = simulation.body().positions()(0, 0) - X[0];
   CHECK(moved > 0.01);
   CHECK((centre_of_momentum(simulation.fluid()) - X).norm() < 1e-6 * moved + 1e-12);
 }
@@ -142,7 +143,11 @@ TEST_CASE("The ring of a rod shorter than it is thick lies around its own axis")
     solid::Network network = solid::rod_lattice({2.5, 3, 1.0});
     network.rest = scene::turned(network.rest, axis);
     network.vectors = scene::turned(network.vectors, axis);
-    const auto ring = scene::coupled_nodes(network, {.coupled = scene::Coupled::Ring, .axis = axis});
+    const auto ring =
+        scene::coupled_nodes({.material = {bond::Harmonic{0.26, 1.0}, 0.0},
+                              .network = network,
+                              .axis = axis,
+                              .coupling = scene::CouplingSpec{.coupled = scene::Coupled::Ring}});
     CHECK(ring.size() == 3 * 12);  // of 21 nodes a section 9 have four neighbours in it
   }
 }
@@ -272,7 +277,7 @@ TEST_CASE("Whole boxes of offset change nothing, and one period is no change of 
   CHECK(seen[0] == seen[1]);
 }
 
-TEST_CASE("Immersed bodies that have no room or no end are refused") {
+TEST_CASE("Immersed bodies and scenes that have no room, no end or no meaning are refused") {
   const Folder folder;
   const std::vector<std::vector<std::string>> all{
       {"immersed-rod", "immersed.radius=30.0", "the rod overlaps its own image along x"},
@@ -289,6 +294,16 @@ TEST_CASE("Immersed bodies that have no room or no end are refused") {
       {"filament-sensitivity-small", "variant.1.name=FIRST", "is no name"},
       {"crossflow-harmonic", "fluid.nodes=[40, 20, 40]", "the rod overlaps its own image along y"},
       {"coupling-stability", "coupling_stability.point.0.stiffness=1e308", "it lies between"},
+      {"scene-sphere-beside-rod", "body.1.place=[17.0,12.0,4.0]", "rod stands in sphere"},
+      {"scene-sphere-beside-rod", "body.0.place=[2.0,12.0,24.0]", "sphere leaves the fluid"},
+      {"scene-sphere-beside-rod", "body.1.clamped=[5000]", "the body has nodes 0 to 179"},
+      {"scene-sphere-beside-rod", "body.0.shape={cube={}}", "'cube' is no shape"},
+      {"scene-sphere-beside-rod", "body.0.node_mass=0.1", "the exchange of sphere with the fluid grows"},
+      {"scene-sphere-beside-rod", "body.1.name=sphere", "two bodies are called 'sphere'"},
+      {"scene-sphere-beside-rod", "run.periods=3", "both steps and periods"},
+      {"scene-two-prescribed", "observe.0.phases=100", "there is one look a step at most"},
+      {"scene-two-prescribed", "body.0.node_mass=1.0", "the motion of that body is given"},
+      {"scene-chain-alone", "body.0.coupling={}", "the scene has no fluid"},
   };
   for (const auto& refused : all) {
     INFO(refused[0] << " " << refused[1]);

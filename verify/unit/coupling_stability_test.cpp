@@ -1,4 +1,4 @@
-// The linearised exchange of body and fluid against formulas: one mode, held sub-steps, and the boundary of a
+// The linearised exchange of body and fluid against formulas: one mode, a frozen force, and the boundary of a
 // whole body, which for one step is an eigenvalue of a symmetric matrix; and of any body against a dense
 // solver.
 #include "scene/coupling_stability.hpp"
@@ -10,6 +10,8 @@
 #include "base/root.hpp"
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
+#include "coupling/transfer.hpp"
+#include "scene/markers.hpp"
 #include "solid/modes.hpp"
 
 using namespace veriflex;
@@ -19,18 +21,16 @@ namespace {
 const fluid::Spec box{.grid = {{16, 16, 20}}, .relaxation_time = 1.0};
 constexpr double one_marker = 27.0 / 512.0;  // sum D^2 = (3/8)^3 wherever the marker is
 
-/// A node on a bond of stiffness k, whose other end is held; it moves along the bond only.
-scene::Body one_node(double k, double mass, int substeps) {
+/// A node on a bond of stiffness k, whose other end is held; it moves along the bond only and is coupled.
+scene::Body one_node(double k, double mass, int substeps, bool subcycled = false) {
   scene::Body body{
       {bond::Harmonic{k, 1.0}, 0.0}, solid::cubic_lattice({{1, 1, 2}, 1.0}), {}, {substeps, 0.0}};
   body.conditions.node_mass = mass;
   body.conditions.fixed = solid::FixedDofs::Constant(2, 3, true);
   body.conditions.fixed(1, 2) = false;
+  body.place = {8.3, 7.9, 8.6};
+  body.coupling = {.coupled = scene::Coupled::Listed, .listed = {1}, .subcycled = subcycled};
   return body;
-}
-
-scene::CouplingSpec only_that(bool live) {
-  return {.coupled = scene::Coupled::Listed, .listed = {1}, .live = live, .origin = {8.3, 7.9, 8.6}};
 }
 
 scene::Body rod(int sections, double mass, int substeps) {
@@ -38,10 +38,10 @@ scene::Body rod(int sections, double mass, int substeps) {
   solid::add_angles(network);
   scene::Body body{{bond::Harmonic{0.26, 1.0}, 0.025}, network, {}, {substeps, 0.0}};
   body.conditions.node_mass = mass;
+  body.place = {8.0, 8.0, 8.0};
+  body.coupling.emplace();
   return body;
 }
-
-const scene::CouplingSpec amid{.origin = {8.0, 8.0, 8.0}};
 
 bool stable(const scene::Growth& growth) { return !growth.grows(); }
 
@@ -49,25 +49,26 @@ bool stable(const scene::Growth& growth) { return !growth.grows(); }
 
 TEST_CASE("One mode with one step is stable while m > K/4 + 1/(2 - S)") {
   for (const double k : {0.0, 0.26, 2.0}) {
-    const double mass = scene::critical_node_mass(box, one_node(k, 1.0, 1), only_that(false), 1e-6);
+    const double mass = scene::critical_node_mass(box, one_node(k, 1.0, 1), 1e-6);
     CHECK(mass == Approx(k / 4.0 + 1.0 / (2.0 - one_marker)).epsilon(1e-4));
   }
 }
 
 TEST_CASE("A fluid that forgets is the limit S = 0") {
-  const double mass = scene::critical_node_mass(box, one_node(0.26, 1.0, 1), only_that(false), 1e-6,
-                                                scene::FluidMemory::Forgets);
+  const double mass =
+      scene::critical_node_mass(box, one_node(0.26, 1.0, 1), 1e-6, scene::FluidMemory::Forgets);
   CHECK(mass == Approx(0.26 / 4.0 + 0.5).epsilon(1e-4));
 }
 
-TEST_CASE("A held force through ever finer sub-steps needs omega < tan(omega/2), and a live one does not") {
+TEST_CASE(
+    "A frozen force through ever finer sub-steps needs omega < tan(omega/2), and a subcycled one does not") {
   // One step of an oscillator under the constant force - v(0) has determinant 1 - sin(omega)/omega and trace
   // 2 cos(omega) - sin(omega)/omega: an eigenvalue passes through -1 where omega = tan(omega/2).
   const double limit =
       bracketed_root([](double w) { return std::sin(0.5 * w) - w * std::cos(0.5 * w); }, 2.0, 3.0);
   CHECK(limit == Approx(2.3311).epsilon(1e-4));
-  const auto growth = [](double omega, bool live) {
-    return scene::coupling_growth(box, one_node(omega * omega, 1.0, 1000), only_that(live),
+  const auto growth = [](double omega, bool subcycled) {
+    return scene::coupling_growth(box, one_node(omega * omega, 1.0, 1000, subcycled),
                                   scene::FluidMemory::Forgets);
   };
   CHECK(stable(growth(0.998 * limit, false)));
@@ -80,13 +81,13 @@ TEST_CASE("The boundary of a whole body with one step is an eigenvalue of K/4 + 
   // A/2)^-1 P^T u.
   scene::Body body = rod(4, 1.0, 1);
   const auto nodes = body.network.node_count();
-  const std::vector<std::int32_t> coupled = scene::coupled_nodes(body.network, amid);
+  const std::vector<std::int32_t> coupled = scene::coupled_nodes(body);
   const auto markers = static_cast<Eigen::Index>(coupled.size());
   Positions X(markers, 3);
   for (Eigen::Index m = 0; m < markers; ++m) {
-    X.row(m) = body.network.rest.row(coupled[static_cast<std::size_t>(m)]) + amid.origin.transpose();
+    X.row(m) = body.network.rest.row(coupled[static_cast<std::size_t>(m)]) + body.place.transpose();
   }
-  coupling::Transfer transfer(box.grid, {false, false, false}, amid.delta);
+  coupling::Transfer transfer(box.grid, {false, false, false}, body.coupling->delta);
   transfer.locate(X);
   Eigen::MatrixXd A(markers, markers);
   Positions spread, back;
@@ -111,30 +112,25 @@ TEST_CASE("The boundary of a whole body with one step is an eigenvalue of K/4 + 
   }
   const double expected =
       Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
-  CHECK(scene::critical_node_mass(box, body, amid, 1e-5) == Approx(expected).epsilon(1e-3));
+  CHECK(scene::critical_node_mass(box, body, 1e-5) == Approx(expected).epsilon(1e-3));
 }
 
 TEST_CASE("What drifts or turns with the fluid does not grow") {
-  CHECK(scene::coupling_growth(box, rod(4, 1.0, 4), amid).factor == 1.0);
+  CHECK(scene::coupling_growth(box, rod(4, 1.0, 4)).factor == 1.0);
 }
 
 TEST_CASE("A driven coordinate takes no part in the growth") {
   scene::Body body = one_node(0.26, 0.1, 1);
-  CHECK_FALSE(stable(scene::coupling_growth(box, body, only_that(false))));
+  CHECK_FALSE(stable(scene::coupling_growth(box, body)));
   body.conditions.drive = solid::Drive{{1}, 2, 0.1, 0.5, 0.0};
-  CHECK(stable(scene::coupling_growth(box, body, only_that(false))));
+  CHECK(stable(scene::coupling_growth(box, body)));
 }
 
 namespace {
 
 /// Bodies of any shape, mass, stiffness and way of coupling, some of them driven, small enough for a dense
 /// solver.
-struct RandomScene {
-  scene::Body body;
-  scene::CouplingSpec coupling;
-};
-
-RandomScene random_scene(std::mt19937& random, std::int64_t max_nodes) {
+scene::Body random_body(std::mt19937& random, std::int64_t max_nodes) {
   const auto between = [&](double lo, double hi) {
     return lo + (hi - lo) * static_cast<double>(random()) / 4294967296.0;
   };
@@ -154,9 +150,9 @@ RandomScene random_scene(std::mt19937& random, std::int64_t max_nodes) {
                    {},
                    {substeps, 0.0}};
   scene::CouplingSpec coupling{.marker_volume = std::exp(between(std::log(0.05), std::log(2.0))),
-                               .live = number(0, 1) == 1,
-                               .iterations = static_cast<int>(number(1, 2)),
-                               .origin = {between(6.0, 9.0), between(6.0, 9.0), between(6.0, 9.0)}};
+                               .subcycled = number(0, 1) == 1,
+                               .forcing_iterations = static_cast<int>(number(1, 2))};
+  body.place = {between(6.0, 9.0), between(6.0, 9.0), between(6.0, 9.0)};
   switch (number(0, 3)) {
     case 0:
       coupling.coupled = scene::Coupled::All;
@@ -170,12 +166,13 @@ RandomScene random_scene(std::mt19937& random, std::int64_t max_nodes) {
     default:
       break;
   }
-  // About where held and live forces begin to grow.
-  const double least = coupling.live ? 0.1 : 0.4;
+  // About where frozen and subcycled forces begin to grow.
+  const double least = coupling.subcycled ? 0.1 : 0.4;
   body.conditions.node_mass =
       coupling.marker_volume * std::exp(between(std::log(least), std::log(5.0 * least)));
   if (number(0, 3) == 0) body.conditions.drive = solid::Drive{{0}, 2, 0.1, 0.5, 0.0};
-  return {body, coupling};
+  body.coupling = coupling;
+  return body;
 }
 
 }  // namespace
@@ -184,13 +181,12 @@ TEST_CASE("A hundred small bodies grow as all eigenvalues of their maps say") {
   std::mt19937 random(7);
   int grow = 0;
   for (int i = 0; i < 100; ++i) {
-    const RandomScene scene = random_scene(random, 12);
-    const scene::CoupledStep step(box, scene.body, scene.coupling, scene::FluidMemory::Keeps);
+    const scene::CoupledStep step(box, random_body(random, 12), scene::FluidMemory::Keeps);
     const scene::Growth all = scene::dense_growth(step);
     const scene::Growth found = scene::large_growth(step);
-    INFO("body " << i << ", m = " << step.node_mass() << ", V = " << step.marker_volume() << ", live "
-                 << step.is_live() << ", " << step.substeps() << " sub-steps, " << step.iterations()
-                 << " rounds");
+    INFO("body " << i << ", m = " << step.node_mass() << ", V = " << step.marker_volume() << ", subcycled "
+                 << step.is_subcycled() << ", " << step.substeps() << " sub-steps, "
+                 << step.forcing_iterations() << " iterations");
     grow += all.grows() ? 1 : 0;
     if (all.factor > 1.0 + found.resolution) {
       CHECK(found.factor == Approx(all.factor).epsilon(1e-6));
@@ -198,45 +194,43 @@ TEST_CASE("A hundred small bodies grow as all eigenvalues of their maps say") {
       CHECK(found.factor <= all.factor + 1e-6);
     }
     CHECK(found.resolution < 0.004);
-    if (!step.is_live()) CHECK(found.resolution == scene::growth_resolution);
+    if (!step.is_subcycled()) CHECK(found.resolution == scene::growth_resolution);
   }
   CHECK(grow > 25);
   CHECK(grow < 75);
 }
 
 TEST_CASE("A rod whose force follows the sub-steps neither grows nor seems to") {
-  const scene::Body body = rod(9, 1.0, 4);
-  scene::CouplingSpec live = amid;
-  live.live = true;
-  const scene::Growth growth = scene::coupling_growth(box, body, live);
+  scene::Body body = rod(9, 1.0, 4);
+  body.coupling->subcycled = true;
+  const scene::Growth growth = scene::coupling_growth(box, body);
   CHECK(growth.factor == 1.0);
   CHECK(growth.resolution < 0.004);
 }
 
 TEST_CASE("A weaker exchange is as stable as a strong one") {
   for (const double volume : {0.5, 0.6, 1.0}) {
-    scene::CouplingSpec weak = amid;
-    weak.marker_volume = volume;
-    CHECK(scene::coupling_growth(box, rod(6, 1.0, 4), weak).factor == 1.0);
+    scene::Body weak = rod(6, 1.0, 4);
+    weak.coupling->marker_volume = volume;
+    CHECK(scene::coupling_growth(box, weak).factor == 1.0);
   }
 }
 
 TEST_CASE("No node mass is looked for where V S is 2 or more") {
-  scene::CouplingSpec strong = only_that(false);
-  strong.marker_volume = 2.0 / one_marker * 1.001;
-  const scene::Body body = one_node(0.26, 1.0, 2);
-  CHECK(scene::answered_slip(box, body, strong) == Approx(2.002).epsilon(1e-9));
-  CHECK_THROWS_WITH(scene::critical_node_mass(box, body, strong, 0.01),
+  scene::Body strong = one_node(0.26, 1.0, 2);
+  strong.coupling->marker_volume = 2.0 / one_marker * 1.001;
+  CHECK(scene::answered_slip(box, strong) == Approx(2.002).epsilon(1e-9));
+  CHECK_THROWS_WITH(scene::critical_node_mass(box, strong, 0.01),
                     ContainsSubstring("no node mass is stable"));
 }
 
 TEST_CASE(
     "A node mass is found from any mass that the body has, and none where nothing is coupled or stiff") {
   for (const double mass : {1e-300, 1.0, 1e300}) {
-    CHECK(scene::critical_node_mass(box, one_node(0.26, mass, 1), only_that(false), 1e-6) ==
+    CHECK(scene::critical_node_mass(box, one_node(0.26, mass, 1), 1e-6) ==
           Approx(0.26 / 4.0 + 1.0 / (2.0 - one_marker)).epsilon(1e-4));
   }
   scene::Body held = one_node(0.26, 1.0, 1);
   held.conditions.fixed(1, 2) = true;
-  CHECK(scene::critical_node_mass(box, held, only_that(false), 1e-6) == 0.0);
+  CHECK(scene::critical_node_mass(box, held, 1e-6) == 0.0);
 }

@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
+#include "scene/markers.hpp"
 #include "scene/simulation.hpp"
 #include "solid/network.hpp"
 
@@ -83,18 +84,20 @@ TEST_CASE("Spreading is the adjoint of interpolating") {
 }
 
 TEST_CASE("A body and the fluid together keep their momentum to round-off") {
-  for (const bool live : {false, true}) {
+  for (const bool subcycled : {false, true}) {
     solid::Network network = solid::cubic_lattice({{3, 3, 6}, 1.0});
     solid::add_angles(network);
     scene::Body body{{bond::Harmonic{0.26, 1.0}, 0.025}, network, {}, {4, 0.0}};
     body.conditions.load = Positions::Zero(network.node_count(), 3);
     body.conditions.load(0, 0) = 1e-3;  // inner forces only
     body.conditions.load(1, 0) = -1e-3;
-    scene::Simulation simulation({.grid = {{16, 10, 12}}, .relaxation_time = 0.8}, body,
-                                 {.live = live, .origin = {14.3, 8.2, 9.9}});
+    body.place = {14.3, 8.2, 9.9};
+    body.coupling = {.subcycled = subcycled};
+    scene::Simulation simulation(
+        {.fluid = fluid::Spec{.grid = {{16, 10, 12}}, .relaxation_time = 0.8}, .bodies = {body}});
     for (int step = 0; step < 200; ++step) simulation.advance();
     CHECK(simulation.momentum().norm() < 1e-14);
-    CHECK(simulation.exchanged().norm() > 1e-9);
+    CHECK(simulation.body().exchanged().norm() > 1e-9);
   }
 }
 
@@ -106,25 +109,28 @@ TEST_CASE("Over ten thousand steps the momentum of body and fluid together moves
   body.conditions.load = Positions::Zero(network.node_count(), 3);
   body.conditions.load(0, 0) = 1e-3;
   body.conditions.load(network.node_count() - 1, 0) = -1e-3;
-  scene::Simulation simulation({.grid = {{10, 8, 8}}, .relaxation_time = 0.8}, body,
-                               {.origin = {9.3, 7.2, 6.9}});
+  body.place = {9.3, 7.2, 6.9};
+  body.coupling.emplace();
+  scene::Simulation simulation(
+      {.fluid = fluid::Spec{.grid = {{10, 8, 8}}, .relaxation_time = 0.8}, .bodies = {body}});
   double greatest = 0.0;
   for (int step = 0; step < 10000; ++step) {
     simulation.advance();
-    greatest = std::max(greatest, simulation.solid().momentum().norm());
+    greatest = std::max(greatest, simulation.body().solid().momentum().norm());
   }
   CHECK(greatest > 1e-6);
   CHECK(simulation.momentum().norm() < 1e-14);
 }
 
 TEST_CASE("Listed nodes are coupled, and a list that names no node of the body is refused") {
-  const solid::Network network = solid::cubic_lattice({{2, 2, 4}, 1.0});
-  scene::CouplingSpec coupling{.coupled = scene::Coupled::Listed, .listed = {7, 3}};
-  CHECK(scene::coupled_nodes(network, coupling) == std::vector<std::int32_t>{3, 7});
-  coupling.listed = {16};
-  CHECK_THROWS_WITH(scene::coupled_nodes(network, coupling), ContainsSubstring("lists node 16"));
-  coupling.listed = {2, 2};
-  CHECK_THROWS_WITH(scene::coupled_nodes(network, coupling), ContainsSubstring("node 2 twice"));
+  scene::Body body{.material = {bond::Harmonic{0.26, 1.0}, 0.0},
+                   .network = solid::cubic_lattice({{2, 2, 4}, 1.0}),
+                   .coupling = scene::CouplingSpec{.coupled = scene::Coupled::Listed, .listed = {7, 3}}};
+  CHECK(scene::coupled_nodes(body) == std::vector<std::int32_t>{3, 7});
+  body.coupling->listed = {16};
+  CHECK_THROWS_WITH(scene::coupled_nodes(body), ContainsSubstring("lists node 16"));
+  body.coupling->listed = {2, 2};
+  CHECK_THROWS_WITH(scene::coupled_nodes(body), ContainsSubstring("node 2 twice"));
 }
 
 TEST_CASE("A marker whose support leaves a walled box stops the run with its place") {

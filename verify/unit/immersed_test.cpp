@@ -104,7 +104,7 @@ TEST_CASE("Rings of oscillating forces all along an axis drag like a cylinder fi
 TEST_CASE("What the fluid loses in a step the body has got") {
   const fluid::Spec spec{.grid = {{12, 10, 8}}, .relaxation_time = 0.8};
   const auto fluid = fluid::make_fluid(spec);
-  scene::PrescribedBody body(spec, {.iterations = 3});
+  scene::PrescribedBody body(spec, {.forcing_iterations = 3});
   Vec3 got = Vec3::Zero();
   for (int step = 0; step < 50; ++step) {
     body.place(ring(2.3, 14, 3.7, 4.0 + 0.05 * step));
@@ -136,7 +136,7 @@ TEST_CASE("Rounds of forcing leave less slip in the fluid at rest, and half of w
   double slip_after = INFINITY;
   for (const int iterations : {1, 2, 4, 64}) {
     const auto fluid = fluid::make_fluid(spec);  // at rest: the first step finds the slip - U everywhere
-    scene::PrescribedBody body(spec, {.iterations = iterations});
+    scene::PrescribedBody body(spec, {.forcing_iterations = iterations});
     body.place(ring(2.5, 15, 6.0, 6.0));
     body.advance(*fluid, {0.01, 0.0, 0.0});
     CHECK((body.slip().col(0).array() + 0.01).abs().maxCoeff() < 1e-16);

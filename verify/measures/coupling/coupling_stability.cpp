@@ -14,6 +14,8 @@
 #include "measures/for_all.hpp"
 #include "measures/solid/noise.hpp"
 #include "scene/coupling_stability.hpp"
+#include "scene/markers.hpp"
+#include "scene/simulation.hpp"
 
 // The node mass at which the coupling of a rod to the fluid becomes unstable: that of the linearised map,
 // which leaves out the fluid's own motion, against that of real runs, which are kicked by minute forces.
@@ -30,7 +32,7 @@ struct Point {
   std::string name;
   scene::Coupled coupled;
   int substeps;
-  bool live;
+  bool subcycled;
   double stiffness;                 // factor of all stiffnesses
   double relaxation_time;           // of the fluid  [T]
   std::optional<double> node_mass;  // at which a run is made that may grow or not  [M]
@@ -58,7 +60,6 @@ struct Boundary {
 struct Scene {
   fluid::Spec fluid;
   scene::Body body;
-  scene::CouplingSpec coupling;
 };
 
 constexpr double kick = 1e-8;        // largest force on a node: everything stays linear  [M L T^-2]
@@ -78,20 +79,26 @@ Scene scene_of(const CouplingStability& study, const Point& point, double node_m
   conditions.load.rowwise() -= conditions.load.colwise().mean().eval();
   fluid::Spec fluid = study.fluid;
   fluid.relaxation_time = point.relaxation_time;
-  scene::CouplingSpec coupling{.coupled = point.coupled, .live = point.live};
+  Vec3 place;
   for (int axis = 0; axis < 3; ++axis) {
     const double middle = 0.5 * (network.rest.col(axis).minCoeff() + network.rest.col(axis).maxCoeff());
-    coupling.origin[axis] =
+    place[axis] =
         std::floor(0.5 * static_cast<double>(fluid.grid.size[static_cast<std::size_t>(axis)]) - middle);
   }
-  return {fluid, {material, std::move(network), conditions, {point.substeps, 0.0}}, coupling};
+  return {fluid,
+          {.material = material,
+           .network = std::move(network),
+           .conditions = conditions,
+           .substeps = {point.substeps, 0.0},
+           .place = place,
+           .coupling = scene::CouplingSpec{.coupled = point.coupled, .subcycled = point.subcycled}}};
 }
 
 /// Whether a kicked body's velocity changes more and more. Changes, because what is kicked may drift for
 /// ever.
 bool grows(const CouplingStability& study, const Scene& scene) {
-  scene::Simulation simulation(scene.fluid, scene.body, scene.coupling);
-  Positions before = simulation.solid().half_velocity();
+  scene::Simulation simulation({.fluid = scene.fluid, .bodies = {scene.body}});
+  Positions before = simulation.body().solid().half_velocity();
   double first = 0.0, middle = 0.0, last = 0.0;
   for (std::int64_t step = 1; step <= study.steps; ++step) {
     try {
@@ -100,8 +107,8 @@ bool grows(const CouplingStability& study, const Scene& scene) {
       if (stop::was_thrown()) throw;
       return true;
     }
-    const double change = (simulation.solid().half_velocity() - before).norm();
-    before = simulation.solid().half_velocity();
+    const double change = (simulation.body().solid().half_velocity() - before).norm();
+    before = simulation.body().solid().half_velocity();
     if (step == 1) first = change;
     if (!(change < blown * first)) return true;
     if (step > study.steps / 2 && step <= study.steps / 2 + window) middle = worse(middle, change);
@@ -147,17 +154,16 @@ Boundary boundary_of(const CouplingStability& study, const Point& point) {
   constexpr double accuracy = 1e-3;
   const Scene scene = scene_of(study, point, 1.0);
   Boundary found{};
-  found.predicted = scene::critical_node_mass(scene.fluid, scene.body, scene.coupling, accuracy);
-  found.forgetful = scene::critical_node_mass(scene.fluid, scene.body, scene.coupling, accuracy,
-                                              scene::FluidMemory::Forgets);
+  found.predicted = scene::critical_node_mass(scene.fluid, scene.body, accuracy);
+  found.forgetful = scene::critical_node_mass(scene.fluid, scene.body, accuracy, scene::FluidMemory::Forgets);
   found.measured = measured_mass(study, point, found.predicted);
   const Scene at = scene_of(study, point, found.measured);
-  found.growth = scene::coupling_growth(at.fluid, at.body, at.coupling).factor;
-  found.markers = static_cast<double>(scene::coupled_nodes(scene.body.network, scene.coupling).size());
+  found.growth = scene::coupling_growth(at.fluid, at.body).factor;
+  found.markers = static_cast<double>(scene::coupled_nodes(scene.body).size());
   if (point.node_mass) {
     const Scene asked = scene_of(study, point, *point.node_mass);
     found.grew = grows(study, asked);
-    found.growth_at = scene::coupling_growth(asked.fluid, asked.body, asked.coupling).factor;
+    found.growth_at = scene::coupling_growth(asked.fluid, asked.body).factor;
   }
   return found;
 }
@@ -192,8 +198,9 @@ void run(const CouplingStability& study, Observations& seen, Progress& progress,
     if (!found[i]) continue;
     const Boundary& b = *found[i];
     const double ratio = b.measured / b.predicted;
-    record.append({static_cast<double>(i), b.markers, static_cast<double>(p.substeps), p.live ? 1.0 : 0.0,
-                   p.stiffness, p.relaxation_time, b.predicted, b.forgetful, b.measured, ratio, b.growth});
+    record.append({static_cast<double>(i), b.markers, static_cast<double>(p.substeps),
+                   p.subcycled ? 1.0 : 0.0, p.stiffness, p.relaxation_time, b.predicted, b.forgetful,
+                   b.measured, ratio, b.growth});
     smallest = lesser(smallest, ratio);
     largest = worse(largest, ratio);
     growth = worse(growth, b.growth);
@@ -223,9 +230,8 @@ void check(const CouplingStability& study, const Place& box) {
     engine::check_images(study.fluid, coupling::Delta::Cosine, {across, across, along}, Vec3::Zero(),
                          "the rod", box);
     const Scene scene = scene_of(study, point, 1.0);
-    engine::check_supports(study.fluid, scene.coupling.delta,
-                           scene::markers_at_rest(scene.body.network, scene.coupling), Vec3::Zero(),
-                           "the rod", box);
+    engine::check_supports(study.fluid, scene.body.coupling->delta, scene::markers_at_rest(scene.body),
+                           Vec3::Zero(), "the rod", box);
   }
 }
 
@@ -236,7 +242,7 @@ Point read_point(const io::Table& t, double relaxation_time) {
                          : nodes == "ring"   ? scene::Coupled::Ring
                                              : scene::Coupled::All,
               .substeps = static_cast<int>(t.integer("substeps", 1, 1000)),
-              .live = t.flag("subcycled", false),
+              .subcycled = t.flag("subcycled", false),
               .stiffness = t.number("stiffness", 1.0),
               .relaxation_time = t.has("relaxation_time") ? engine::read_relaxation_time(t) : relaxation_time,
               .node_mass = t.number_if("node_mass")};

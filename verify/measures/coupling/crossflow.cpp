@@ -8,9 +8,10 @@
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
-#include "measures/coupling/run_monitored.hpp"
 #include "measures/drivers.hpp"
 #include "measures/solid/beam_section.hpp"
+#include "observe/run.hpp"
+#include "scene/markers.hpp"
 #include "scene/simulation.hpp"
 #include "solid/modes.hpp"
 
@@ -56,7 +57,16 @@ scene::Body body_of(const Crossflow& study) {
       conditions.fixed.row(i).setConstant(true);
     }
   }
-  return {study.material, std::move(network), conditions, {study.substeps, 0.0}};
+  const auto& size = study.fluid.grid.size;
+  const double extent = static_cast<double>(study.rod.sections - 1) * study.rod.spacing;
+  return {.material = study.material,
+          .network = std::move(network),
+          .conditions = conditions,
+          .substeps = {study.substeps, 0.0},
+          .place = {static_cast<double>(size[0] / 2), 0.5 * (static_cast<double>(size[1]) - extent),
+                    static_cast<double>(size[2] / 2)},
+          .axis = 1,
+          .coupling = study.coupling};
 }
 
 /// What acts on a section, or what it does.
@@ -69,7 +79,7 @@ struct Section {
 
 std::vector<Section> sections_of(const Crossflow& study, const scene::Simulation& simulation) {
   std::vector<Section> sections(static_cast<std::size_t>(study.rod.sections));
-  const solid::Network& network = simulation.network();
+  const solid::Network& network = simulation.body().network();
   const auto at = [&](Eigen::Index node) -> Section& {
     return sections[static_cast<std::size_t>(std::llround(network.rest(node, 1) / study.rod.spacing))];
   };
@@ -78,13 +88,13 @@ std::vector<Section> sections_of(const Crossflow& study, const scene::Simulation
   }
   const Eigen::Index per_section = network.node_count() / study.rod.sections;
   for (Eigen::Index i = 0; i < network.node_count(); ++i) {
-    at(i).deflection += simulation.solid().displacement()(i, 2) / static_cast<double>(per_section);
+    at(i).deflection += simulation.body().solid().displacement()(i, 2) / static_cast<double>(per_section);
   }
-  const std::vector<std::int32_t>& coupled = simulation.coupled();
+  const std::vector<std::int32_t>& coupled = simulation.body().coupled();
   for (std::size_t i = 0; i < coupled.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    at(coupled[i]).force += simulation.exchanged()(row, 2);
-    at(coupled[i]).couple -= network.rest(coupled[i], 2) * simulation.exchanged()(row, 1);
+    at(coupled[i]).force += simulation.body().exchanged()(row, 2);
+    at(coupled[i]).couple -= network.rest(coupled[i], 2) * simulation.body().exchanged()(row, 1);
   }
   sections.erase(sections.begin(), sections.begin() + (study.clamped - 1));
   return sections;
@@ -102,40 +112,23 @@ double beam_deflection(const std::vector<Section>& sections, double place, doubl
 }
 
 /// Until the tip rests.
-void march_to_rest(const Crossflow& study, scene::Simulation& simulation, Progress& progress,
-                   const std::function<void()>& look_when_due) {
+void run_to_rest(const Crossflow& study, const scene::Simulation& simulation, observe::Run& run) {
   const auto tip = [&] { return sections_of(study, simulation).back().deflection; };
   double before = 0.0;
   for (;;) {
-    for (std::int64_t step = 0; step < between_looks; ++step) {
-      simulation.advance();
-      look_when_due();
-    }
+    run.advance(between_looks, study.step_limit);
     const double now = tip();
     const double change = relative_to(now - before, now) / between_looks;
-    progress.show("steps", static_cast<std::size_t>(simulation.fluid().steps()),
-                  static_cast<std::size_t>(study.step_limit));
     if (change <= study.steady_change) return;
-    if (simulation.fluid().steps() + between_looks > study.step_limit) {
-      throw NumericalFailure(
+    if (simulation.steps() + between_looks > study.step_limit) {
+      run.interrupt(NumericalFailure(
           fmt::format(
               "step {}: the tip still moves by {:.3g} of its deflection a step, at rest means at most {:.3g}",
-              simulation.fluid().steps(), change, study.steady_change),
-          FailureMode::NotConverged);
+              simulation.steps(), change, study.steady_change),
+          FailureMode::NotConverged));
     }
     before = now;
   }
-}
-
-/// In the middle of the box.
-scene::CouplingSpec coupling_of(const Crossflow& study) {
-  scene::CouplingSpec coupling = study.coupling;
-  const auto& size = study.fluid.grid.size;
-  const double extent = static_cast<double>(study.rod.sections - 1) * study.rod.spacing;
-  coupling.origin = {static_cast<double>(size[0] / 2), 0.5 * (static_cast<double>(size[1]) - extent),
-                     static_cast<double>(size[2] / 2)};
-  coupling.axis = 1;
-  return coupling;
 }
 
 /// Refuses a rod that has no room in its box.
@@ -145,27 +138,22 @@ void check(const Crossflow& study, const Place& box) {
   engine::check_images(study.fluid, study.coupling.delta, {across, along, across}, Vec3::Zero(), "the rod",
                        box);
   try {
-    engine::check_supports(study.fluid, study.coupling.delta,
-                           scene::markers_at_rest(body_of(study).network, coupling_of(study)), Vec3::Zero(),
-                           "the rod", box);
+    engine::check_supports(study.fluid, study.coupling.delta, scene::markers_at_rest(body_of(study)),
+                           Vec3::Zero(), "the rod", box);
   } catch (const BadParameter& bad) {  // a listed node that the body has not
     throw InputError(box, bad.problem, bad.why, bad.suggestion);
   }
 }
 
 void run(const Crossflow& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  const scene::CouplingSpec coupling = coupling_of(study);
   seen.metrics.push_back({"coupling_growth", 0.0, "1", "largest factor a step of the linearised exchange"});
-  engine::check_coupling(study.fluid, body_of(study), coupling, "the rod", study.node_mass_place,
+  engine::check_coupling(study.fluid, body_of(study), "the rod", study.node_mass_place,
                          seen.metrics.back().value, progress);
   cost.finish("stability of the coupling");
-  scene::Simulation simulation(study.fluid, body_of(study), coupling);
-  run_monitored(
-      simulation.fluid(), study.monitor, "the stream",
-      [&](const std::function<void()>& look_when_due) {
-        march_to_rest(study, simulation, progress, look_when_due);
-      },
-      [&]() -> std::vector<Record> { return {last_good_nodes(simulation.positions(), "the rod")}; });
+  scene::Simulation simulation({.fluid = study.fluid, .bodies = {body_of(study)}});
+  observe::Run stream(simulation, study.monitor, {}, "the stream", progress);
+  run_to_rest(study, simulation, stream);
+  stream.finish();
   cost.finish("run_steps");
 
   const scene::SolidSpec spec{.shape = study.rod, .angle_stiffness = study.material.angle_stiffness};
@@ -174,16 +162,17 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
   const std::vector<Section> sections = sections_of(study, simulation);
 
   // The lattice's own linear statics under the same forces, node by node.
-  const solid::Network& network = simulation.network();
+  const solid::Network& network = simulation.body().network();
   Positions load = Positions::Zero(network.node_count(), 3);
-  for (std::size_t i = 0; i < simulation.coupled().size(); ++i) {
-    load.row(simulation.coupled()[i]) = simulation.exchanged().row(static_cast<Eigen::Index>(i));
+  for (std::size_t i = 0; i < simulation.body().coupled().size(); ++i) {
+    load.row(simulation.body().coupled()[i]) =
+        simulation.body().exchanged().row(static_cast<Eigen::Index>(i));
   }
   const solid::FixedDofs held = body_of(study).conditions.fixed;
   const double omega = solid::largest_frequency(
       study.material, network, Positions::Zero(network.node_count(), 3), held, study.node_mass);
   const Positions still = solid::linear_response(study.material, network, held, load);
-  const Positions& u = simulation.solid().displacement();
+  const Positions& u = simulation.body().solid().displacement();
   const double lattice = largest_magnitude(u - still) / largest_magnitude(u);
 
   Record record{
@@ -215,7 +204,7 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
       {"shear_share", 1.0 - record.find("beam_without_shear")->values.back() / beam_tip, "1",
        "of the tip's deflection that is due to shear"},
       {"end_share", sections.back().force / total, "1", "of the force that acts on the free end's section"},
-      {"steps", static_cast<double>(simulation.fluid().steps()), "T", "until the tip rested"},
+      {"steps", static_cast<double>(simulation.steps()), "T", "until the tip rested"},
       {"dt_over_limit", 0.5 * omega / study.substeps, "1",
        "sub-step over the linear limit 2/omega_max at rest"}};
   seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());

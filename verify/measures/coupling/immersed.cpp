@@ -32,7 +32,7 @@ scene::Forcing read_forcing(const io::Table& top) {
       }
     }
   }
-  return {spec.delta, spec.marker_volume, spec.iterations};
+  return {spec.delta, spec.marker_volume, spec.forcing_iterations};
 }
 
 double read_positive(const io::Table& t, const std::string& key, double otherwise) {

@@ -74,7 +74,7 @@ Harmonics oscillate(const Plate& study, std::int64_t nodes, int iterations) {
   const fluid::Spec spec = box(study, nodes);
   const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
   scene::Forcing forcing = study.forcing;
-  forcing.iterations = iterations;
+  forcing.forcing_iterations = iterations;
   scene::PrescribedBody plate(spec, forcing);
   const auto middle = static_cast<double>(nodes / 2);
   plate.place(plane_of_markers(middle + beside));
@@ -215,7 +215,7 @@ void run(const Plate& study, Observations& seen, Progress& progress, engine::Cos
   try {
     for_all(count, "boxes", progress, [&](std::size_t i) {  // the finest first: it takes longest
       const std::size_t at = count - 1 - i;
-      found[at] = oscillate(study, study.resolutions[at], study.forcing.iterations);
+      found[at] = oscillate(study, study.resolutions[at], study.forcing.forcing_iterations);
     });
   } catch (const NumericalFailure&) {
     broken = std::current_exception();
@@ -231,7 +231,7 @@ void run(const Plate& study, Observations& seen, Progress& progress, engine::Cos
   for (std::size_t i = 0; i < count; ++i) {
     if (!found[i]) continue;
     const std::int64_t nodes = study.resolutions[i];
-    all.push_back(compare(study, nodes, study.forcing.iterations, *found[i]));
+    all.push_back(compare(study, nodes, study.forcing.forcing_iterations, *found[i]));
     convergence.append(
         {1.0 / static_cast<double>(nodes), all.back().profile, all.back().force, all.back().theory});
   }

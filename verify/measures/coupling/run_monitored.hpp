@@ -13,12 +13,8 @@ namespace veriflex::measures {
 using Steps = std::function<void(const std::function<void()>& check_when_due)>;
 
 /// Checks the fluid before the run, at every monitor.every-th step and at the end. What breaks off, called
-/// `name`, throws observe::Interrupted with the last good check: its metrics, and the records that `state`
-/// gave of it.
+/// `name`, throws observe::Interrupted with the metrics of the last good check.
 void run_monitored(const fluid::Fluid& fluid, const observe::MonitorSpec& monitor, const std::string& name,
-                   const Steps& steps, const std::function<std::vector<observe::Record>()>& state = {});
-
-/// Record `last_good_nodes` of nodes at X.
-observe::Record last_good_nodes(const Positions& X, const std::string& whose);
+                   const Steps& steps);
 
 }  // namespace veriflex::measures

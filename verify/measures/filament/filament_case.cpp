@@ -7,6 +7,7 @@
 #include "bond/derive.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
+#include "scene/markers.hpp"
 
 namespace veriflex::measures {
 
@@ -52,10 +53,8 @@ void check(const Stroke& stroke, const Place& box, const Place& frequency) {
   const Vec3 driven(0.0, 0.0, stroke.amplitude);
   engine::check_images(stroke.fluid, stroke.coupling.delta, {across, stroke.length(), across}, driven,
                        "the filament", box);
-  const scene::Body body = body_of(stroke);
-  const scene::CouplingSpec coupling = coupling_of(stroke);
   try {
-    engine::check_supports(stroke.fluid, coupling.delta, scene::markers_at_rest(body.network, coupling),
+    engine::check_supports(stroke.fluid, stroke.coupling.delta, scene::markers_at_rest(body_of(stroke)),
                            driven, "the filament", box);
   } catch (const BadParameter& bad) {  // a listed node that the body has not
     throw InputError(box, bad.problem, bad.why, bad.suggestion);

@@ -4,9 +4,9 @@
 
 #include <cmath>
 
-#include "measures/coupling/run_monitored.hpp"
 #include "measures/filament/filament_compare.hpp"
 #include "observe/interrupted.hpp"
+#include "observe/run.hpp"
 
 namespace veriflex::measures {
 
@@ -32,8 +32,9 @@ namespace {
 /// What is left of a stroke that broke off.
 observe::Observations until(const StrokeResult& seen, const std::string& history, const std::string& law) {
   const LastGood& good = seen.last_good;
-  observe::Observations left{.records = {history_of(seen, history, law), last_good_nodes(good.nodes, law)},
-                             .metrics = observe::last_good(good.step, good.fluid)};
+  observe::Observations left{
+      .records = {history_of(seen, history, law), observe::last_good_nodes({good.nodes}, law)},
+      .metrics = observe::last_good(good.step, good.fluid)};
   left.metrics.push_back({"last_min_strain", seen.min_strain, "1", "of any bond until the end"});
   left.metrics.push_back({"last_max_strain", seen.max_strain, "1", "of any bond until the end"});
   return left;
@@ -47,7 +48,7 @@ void check_strokes(const std::vector<Stroke>& strokes, observe::Observations& se
        "largest factor a step of the linearised exchange, without the fluid's own motion; up "
        "to 1 is stable"});
   for (const Stroke& stroke : strokes) {
-    engine::check_coupling(stroke.fluid, body_of(stroke), coupling_of(stroke),
+    engine::check_coupling(stroke.fluid, body_of(stroke),
                            fmt::format("the {} body", bond::name_of(stroke.law)), stroke.node_mass_place,
                            seen.metrics.back().value, progress);
   }

@@ -14,6 +14,7 @@
 #include "measures/filament/filament_compare.hpp"
 #include "measures/filament/filament_guard.hpp"
 #include "measures/solid/beam_section.hpp"
+#include "scene/markers.hpp"
 
 // The driven filament at small amplitude against linear theory: a Timoshenko beam with the lattice's own
 // stiffness and the inertia of its nodes, in unsteady Stokes flow. Its drag is taken from sections that feel
@@ -114,14 +115,14 @@ Eigen::MatrixXcd drag_of_slender_rod(const Beam& beam, double radius, double vis
 /// it when all markers push alike: resistance = N V/(1 - S V/2) [M T^-1].
 double resistance_of(const Stroke& stroke) {
   const scene::Body body = body_of(stroke);
-  const scene::CouplingSpec coupling = coupling_of(stroke);
-  const std::vector<std::int32_t> coupled = scene::coupled_nodes(body.network, coupling);
+  const scene::CouplingSpec& coupling = *body.coupling;
+  const std::vector<std::int32_t> coupled = scene::coupled_nodes(body);
   Positions markers(static_cast<Eigen::Index>(coupled.size()), 3);
   std::vector<Eigen::Index> middle;  // section
   const double along = std::floor(0.5 * static_cast<double>(stroke.rod.sections)) * stroke.rod.spacing;
   for (std::size_t i = 0; i < coupled.size(); ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    markers.row(row) = coupling.origin.transpose() + body.network.rest.row(coupled[i]);
+    markers.row(row) = body.place.transpose() + body.network.rest.row(coupled[i]);
     if (std::abs(body.network.rest(coupled[i], 1) - along) < 0.5 * stroke.rod.spacing) middle.push_back(row);
   }
   coupling::Transfer transfer(stroke.fluid.grid, fluid::closed(stroke.fluid), coupling.delta,

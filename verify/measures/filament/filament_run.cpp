@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "base/reduce.hpp"
+#include "scene/markers.hpp"
 #include "solid/modes.hpp"
 
 namespace veriflex::measures {
@@ -43,9 +44,9 @@ Vec3 middle_of(const Stroke& stroke) {
 }
 
 Vec3 bond_vector(const scene::Simulation& simulation, std::size_t bond) {
-  const auto [i, j] = simulation.network().bonds[bond];
-  const Positions& u = simulation.solid().displacement();
-  return simulation.network().vectors.row(static_cast<Eigen::Index>(bond)) + (u.row(j) - u.row(i));
+  const auto [i, j] = simulation.body().network().bonds[bond];
+  const Positions& u = simulation.body().solid().displacement();
+  return simulation.body().network().vectors.row(static_cast<Eigen::Index>(bond)) + (u.row(j) - u.row(i));
 }
 
 /// The shortest and the longest bond now.
@@ -56,7 +57,7 @@ struct Lengths {
 
 Lengths lengths_of(const scene::Simulation& simulation) {
   Lengths seen;
-  for (std::size_t b = 0; b < simulation.network().bonds.size(); ++b) {
+  for (std::size_t b = 0; b < simulation.body().network().bonds.size(); ++b) {
     const double square = bond_vector(simulation, b).squaredNorm();
     if (square < seen.min_square) {
       seen.min_square = square;
@@ -73,7 +74,7 @@ Lengths lengths_of(const scene::Simulation& simulation) {
 /// Smallest and largest bond strain until now, of every step, and where along the rod.
 void track_strains(const scene::Simulation& simulation, const Stroke& stroke, const Lengths& now, double time,
                    StrokeResult& seen) {
-  const solid::Network& network = simulation.network();
+  const solid::Network& network = simulation.body().network();
   const auto place = [&](std::size_t bond) {
     return 0.5 * (network.rest(network.bonds[bond].first, 1) + network.rest(network.bonds[bond].second, 1));
   };
@@ -93,7 +94,7 @@ void track_strains(const scene::Simulation& simulation, const Stroke& stroke, co
 
 /// Counts the bonds' lengths.
 void count_lengths(const scene::Simulation& simulation, const Stroke& stroke, StrokeResult& seen) {
-  for (std::size_t b = 0; b < simulation.network().bonds.size(); ++b) {
+  for (std::size_t b = 0; b < simulation.body().network().bonds.size(); ++b) {
     const double length = bond_vector(simulation, b).norm();
     if (length < stroke.short_bond) seen.share_short += 1.0;
     const double strain = length / stroke.rod.spacing - 1.0;
@@ -142,14 +143,13 @@ scene::Body body_of(const Stroke& stroke) {
                                   stroke.ramp_periods * stroke.period()};
   network.rest = scene::turned(network.rest, 1);
   network.vectors = scene::turned(network.vectors, 1);
-  return {{stroke.law, stroke.angle_stiffness}, std::move(network), conditions, stroke.substeps};
-}
-
-scene::CouplingSpec coupling_of(const Stroke& stroke) {
-  scene::CouplingSpec coupling = stroke.coupling;
-  coupling.origin = middle_of(stroke);
-  coupling.axis = 1;
-  return coupling;
+  return {.material = {stroke.law, stroke.angle_stiffness},
+          .network = std::move(network),
+          .conditions = conditions,
+          .substeps = stroke.substeps,
+          .place = middle_of(stroke),
+          .axis = 1,
+          .coupling = stroke.coupling};
 }
 
 double step_over_limit(const Stroke& stroke) {
@@ -162,7 +162,7 @@ double step_over_limit(const Stroke& stroke) {
 }
 
 scene::Simulation simulation_of(const Stroke& stroke) {
-  return {stroke.fluid, body_of(stroke), coupling_of(stroke)};
+  return scene::Simulation({.fluid = stroke.fluid, .bodies = {body_of(stroke)}});
 }
 
 double Stroke::omega() const {
@@ -179,7 +179,7 @@ void run_steps(scene::Simulation& simulation, const Stroke& stroke, const std::s
   const auto [axis, driven] = places_of(stroke, solid::rod_lattice(stroke.rod).rest);
   const double period = stroke.period();
   const auto check = [&] {
-    seen.last_good = {simulation.fluid().steps(), simulation.positions(),
+    seen.last_good = {simulation.fluid().steps(), simulation.body().positions(),
                       observe::check(simulation.fluid(), stroke.monitor)};
     seen.max_mach =
         worse(seen.max_mach, seen.last_good.fluid.max_speed / std::sqrt(fluid::sound_speed_squared));
@@ -187,17 +187,17 @@ void run_steps(scene::Simulation& simulation, const Stroke& stroke, const std::s
   check();
   const auto every = std::max<std::int64_t>(1, std::llround(period / 64.0));
   int next_phase = 1;
-  Positions before = simulation.solid().displacement();
-  double momentum_before = simulation.solid().momentum()[2];
+  Positions before = simulation.body().solid().displacement();
+  double momentum_before = simulation.body().solid().momentum()[2];
   for (std::int64_t step = 1; step <= seen.steps; ++step) {
     simulation.advance();
     if (step % stroke.monitor.every == 0 || step == seen.steps) check();
     const auto time = static_cast<double>(step);
-    const Positions& now = simulation.solid().displacement();
+    const Positions& now = simulation.body().solid().displacement();
 
     // The drive's force is what is left of the body's momentum balance: inner forces add up to nothing.
-    const double momentum = simulation.solid().momentum()[2];
-    const double force = momentum - momentum_before - simulation.exchanged().col(2).sum();
+    const double momentum = simulation.body().solid().momentum()[2];
+    const double force = momentum - momentum_before - simulation.body().exchanged().col(2).sum();
     momentum_before = momentum;
     const auto in_period =
         std::min<std::int64_t>(static_cast<std::int64_t>((time - 0.5) / period), stroke.periods - 1);
@@ -228,8 +228,8 @@ void run_steps(scene::Simulation& simulation, const Stroke& stroke, const std::s
       moment.drive = now(driven.front(), 2);
       moment.force = force;
       moment.centre_y = now.col(1).mean();
-      moment.slip =
-          std::sqrt(simulation.slip().squaredNorm() / static_cast<double>(simulation.slip().rows()));
+      moment.slip = std::sqrt(simulation.body().slip().squaredNorm() /
+                              static_cast<double>(simulation.body().slip().rows()));
       if (time > (stroke.periods - 1) * period) count_lengths(simulation, stroke, seen);
       seen.history.push_back(moment);
       progress.show(name, static_cast<std::size_t>(step), static_cast<std::size_t>(seen.steps));
@@ -254,7 +254,7 @@ StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress&
   for (const double share : seen.histogram) bonds += share;
   for (double& share : seen.histogram) share /= bonds;
   seen.share_short /= bonds;
-  seen.touched_nodes = simulation.touched_nodes();
+  seen.touched_nodes = simulation.body().touched_nodes();
   seen.seconds = simulation.seconds();
   return seen;
 }

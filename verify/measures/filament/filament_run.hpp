@@ -98,9 +98,8 @@ struct StrokeFailure : NumericalFailure {
 constexpr int strain_bins = 80;
 constexpr double strain_bin_lo = -0.4, strain_bin_hi = 0.6;
 
-/// The body of a stroke, and how it is coupled at its place in the box.
+/// The body of a stroke, at its place in the box.
 scene::Body body_of(const Stroke& stroke);
-scene::CouplingSpec coupling_of(const Stroke& stroke);
 
 /// Its sub-step over the linear limit 2/omega_max of the body at rest, its driven coordinates held.
 double step_over_limit(const Stroke& stroke);

@@ -57,7 +57,7 @@ double growth_of(const Variant& variant, const bond::AnyLaw& compared, Progress&
   std::vector<Stroke> strokes{variant.stroke};
   if (variant.changes_compared) strokes.push_back(with(variant.stroke, compared));
   for (const Stroke& stroke : strokes) {
-    engine::check_coupling(stroke.fluid, body_of(stroke), coupling_of(stroke),
+    engine::check_coupling(stroke.fluid, body_of(stroke),
                            fmt::format("{}, {}", variant.label, bond::name_of(stroke.law)),
                            stroke.node_mass_place, growth, progress, engine::Unstable::Warned);
   }

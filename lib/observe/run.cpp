@@ -1,0 +1,131 @@
+#include "observe/run.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "observe/interrupted.hpp"
+#include "scene/contact.hpp"
+
+namespace veriflex::observe {
+
+bool Due::at(std::int64_t step) const {
+  if (!std::isfinite(interval)) return false;
+  const double count = std::round(static_cast<double>(step) / interval);
+  return std::llround(count * interval) == step;
+}
+
+Run::Run(scene::Simulation& simulation, const MonitorSpec& spec, std::vector<Observer> observers,
+         const std::string& name, Progress& progress)
+    : simulation_(simulation),
+      spec_(spec),
+      observers_(std::move(observers)),
+      name_(name),
+      progress_(progress) {
+  guarded([&] {
+    check_now();
+    observe(false);
+  });
+}
+
+template <class Work>
+void Run::guarded(Work work) {
+  try {
+    work();
+  } catch (const NumericalFailure& failure) {
+    interrupt(failure);
+  }
+}
+
+void Run::interrupt(const NumericalFailure& why) const {
+  Observations left{.records = {}, .metrics = good_};
+  if (!good_nodes_.empty()) left.records.push_back(last_good_nodes(good_nodes_, name_));
+  if (name_.empty()) throw Interrupted(why, std::move(left));
+  throw Interrupted(NumericalFailure(fmt::format("{}: {}", name_, why.what())), std::move(left));
+}
+
+void Run::advance(std::int64_t steps, std::int64_t planned) {
+  guarded([&] {
+    for (std::int64_t i = 0; i < steps; ++i) {
+      simulation_.advance();
+      if (simulation_.steps() % spec_.every == 0) check_now();
+      observe(false);
+      progress_.show(name_.empty() ? "steps" : name_, static_cast<std::size_t>(simulation_.steps()),
+                     static_cast<std::size_t>(planned));
+    }
+  });
+}
+
+void Run::finish() {
+  guarded([&] {
+    if (checked_ != simulation_.steps()) check_now();
+    observe(true);
+  });
+}
+
+void Run::observe(bool at_end) {
+  const std::int64_t step = simulation_.steps();
+  for (const Observer& observer : observers_) {
+    const bool due = observer.due.at(step);
+    if (at_end ? !due && ended_ != step : due) observer.look(simulation_);
+  }
+  if (at_end) ended_ = step;
+}
+
+void Run::check_now() {
+  const std::int64_t step = simulation_.steps();
+  if (simulation_.has_fluid()) {
+    good_ = last_good(step, check(simulation_.fluid(), spec_));
+  } else {
+    good_ = {{"last_good_step", static_cast<double>(step), "1", "of the last check that found all sound"}};
+  }
+  good_nodes_.clear();
+  for (std::size_t i = 0; i < simulation_.body_count(); ++i) {
+    good_nodes_.push_back(simulation_.body(i).positions());
+  }
+  checked_ = step;
+  warn_of_contacts();
+}
+
+void Run::warn_of_contacts() {
+  constexpr double nearest = 1.0;  // [L]; kernels no longer tell the two surfaces apart
+  for (std::size_t i = 0; i < simulation_.body_count(); ++i) {
+    for (std::size_t j = i + 1; j < simulation_.body_count(); ++j) {
+      const scene::MovingBody& a = simulation_.body(i);
+      const scene::MovingBody& b = simulation_.body(j);
+      if (!a.is_coupled() || !b.is_coupled() || warned_.contains({i, j})) continue;
+      const fluid::Spec& fluid = simulation_.fluid().spec();
+      const auto met =
+          scene::nearest_within(nearest, a.markers(), b.markers(), fluid.grid, fluid::closed(fluid));
+      if (!met) continue;
+      warned_.insert({i, j});
+      progress_.warn(fmt::format(
+          "step {}: {} and {} are {:.3g} spacings apart (nodes {} and {}): nothing keeps bodies from passing "
+          "through each other, and nearer than 1 the coupling no longer tells them apart",
+          simulation_.steps(), a.name(), b.name(), met->distance,
+          a.coupled()[static_cast<std::size_t>(met->first)],
+          b.coupled()[static_cast<std::size_t>(met->second)]));
+    }
+  }
+}
+
+Record last_good_nodes(const std::vector<Positions>& nodes, const std::string& whose) {
+  const bool several = nodes.size() > 1;
+  Record record{"last_good_nodes", "Where the nodes were at the last good check, " + whose, {}};
+  if (several) record.columns.push_back({"body", "", "1", "number of the body, from 0", {}});
+  record.columns.insert(record.columns.end(), {{"node", "", "1", "number of the node", {}},
+                                               {"x", "", "L", "in the box, not wrapped", {}},
+                                               {"y", "", "L", "in the box, not wrapped", {}},
+                                               {"z", "", "L", "in the box, not wrapped", {}}});
+  for (std::size_t body = 0; body < nodes.size(); ++body) {
+    for (Eigen::Index i = 0; i < nodes[body].rows(); ++i) {
+      std::vector<double> row{static_cast<double>(i), nodes[body](i, 0), nodes[body](i, 1),
+                              nodes[body](i, 2)};
+      if (several) row.insert(row.begin(), static_cast<double>(body));
+      record.append(row);
+    }
+  }
+  return record;
+}
+
+}  // namespace veriflex::observe

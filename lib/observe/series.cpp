@@ -1,0 +1,252 @@
+#include "observe/series.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numeric>
+#include <optional>
+
+#include "base/reduce.hpp"
+
+namespace veriflex::observe {
+
+namespace {
+
+using scene::MovingBody;
+using scene::Simulation;
+
+const std::string axes = "xyz";
+
+void add_vector(std::vector<Column>& columns, const std::string& name, const std::string& dimension,
+                const std::string& meaning) {
+  for (const char axis : axes) columns.push_back({name + "_" + axis, "", dimension, meaning, {}});
+}
+
+void add(std::vector<double>& row, const Vec3& v) { row.insert(row.end(), {v[0], v[1], v[2]}); }
+
+bool is_coupled(const scene::Scene& scene, const scene::Body& body) { return scene.fluid && body.coupling; }
+
+/// Calls use(body) for each body that moves by its own forces.
+template <class Use>
+void for_elastic(const Simulation& simulation, Use use) {
+  for (std::size_t i = 0; i < simulation.body_count(); ++i) {
+    if (simulation.body(i).is_elastic()) use(simulation.body(i));
+  }
+}
+
+Vec3 exchanged(const MovingBody& body) { return body.exchanged().colwise().sum().transpose(); }
+
+double kinetic_energy(const fluid::Fluid& fluid) {
+  constexpr std::int64_t at_once = 65536;  // nodes; all together might take more memory than the fluid
+  double sum = 0.0;
+  std::vector<std::int64_t> nodes;
+  std::vector<fluid::Populations> h;
+  for (std::int64_t from = 0; from < fluid.spec().grid.count(); from += at_once) {
+    nodes.resize(static_cast<std::size_t>(std::min(at_once, fluid.spec().grid.count() - from)));
+    std::iota(nodes.begin(), nodes.end(), from);
+    h.resize(nodes.size());
+    fluid.populations(nodes, h);
+    for (const fluid::Populations& node : h) {
+      sum += 0.5 * fluid::momentum(node).squaredNorm() / (1.0 + fluid::density_deviation(node));
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+Series energies(const scene::Scene& scene) {
+  Series series;
+  const std::string energy = "M L^2 T^-2";
+  for (const scene::Body& body : scene.bodies) {
+    if (body.motion) continue;
+    series.columns.push_back({body.name + "_kinetic", "", energy, "of its nodes, velocity now", {}});
+    series.columns.push_back({body.name + "_potential", "", energy, "elastic, and of the dead load", {}});
+    series.columns.push_back({body.name + "_total", "", energy, "both together", {}});
+  }
+  if (scene.fluid) series.columns.push_back({"fluid_kinetic", "", energy, "rho u^2/2 of sum f c", {}});
+  series.row = [](const Simulation& simulation) {
+    std::vector<double> row;
+    for_elastic(simulation, [&](const MovingBody& body) {
+      const double kinetic = body.solid().kinetic_energy(), potential = body.solid().potential_energy();
+      row.insert(row.end(), {kinetic, potential, kinetic + potential});
+    });
+    if (simulation.has_fluid()) row.push_back(kinetic_energy(simulation.fluid()));
+    return row;
+  };
+  return series;
+}
+
+Series momentum(const scene::Scene& scene) {
+  Series series;
+  const std::string dimension = "M L T^-1";
+  if (scene.fluid) add_vector(series.columns, "fluid", dimension, "sum f c of all nodes");
+  for (const scene::Body& body : scene.bodies) {
+    if (!body.motion) add_vector(series.columns, body.name, dimension, "m v of its nodes");
+  }
+  add_vector(series.columns, "total", dimension, "fluid and bodies");
+  const std::array<bool, 3> walled =
+      scene.fluid ? fluid::closed(*scene.fluid) : std::array<bool, 3>{false, false, false};
+  const bool bounded = std::find(walled.begin(), walled.end(), true) != walled.end() ||
+                       (scene.fluid && !scene.fluid->obstacle.empty());
+  if (bounded) {
+    add_vector(series.columns, "walls", dimension,
+               "impulse of walls and obstacle on the fluid since the start");
+  }
+  // What entered the fluid since the start from elsewhere than walls, and its momentum then.
+  struct Balance {
+    std::optional<Vec3> start;
+    Vec3 entered = Vec3::Zero();
+  };
+  const auto balance = std::make_shared<Balance>();
+  Vec3 per_step = Vec3::Zero();
+  if (scene.fluid) {
+    per_step = scene.fluid->body_force *
+               static_cast<double>(scene.fluid->grid.count() - std::ssize(scene.fluid->obstacle));
+  }
+  if (bounded) {
+    series.every_step = [balance, per_step](const Simulation& simulation) {
+      if (!balance->start) {
+        balance->start = simulation.fluid().totals().momentum;
+        return;
+      }
+      balance->entered += per_step;
+      for (std::size_t i = 0; i < simulation.body_count(); ++i) {
+        balance->entered -= exchanged(simulation.body(i));
+      }
+    };
+  }
+  series.row = [balance, bounded](const Simulation& simulation) {
+    std::vector<double> row;
+    Vec3 total = Vec3::Zero();
+    Vec3 fluid = Vec3::Zero();
+    if (simulation.has_fluid()) {
+      fluid = simulation.fluid().totals().momentum;
+      add(row, fluid);
+      total += fluid;
+    }
+    for_elastic(simulation, [&](const MovingBody& body) {
+      add(row, body.momentum());
+      total += body.momentum();
+    });
+    add(row, total);
+    if (bounded) add(row, fluid - *balance->start - balance->entered);
+    return row;
+  };
+  return series;
+}
+
+Series forces(const scene::Scene& scene) {
+  Series series;
+  series.from_start = false;
+  const std::string force = "M L T^-2";
+  const auto is_supported = [](const scene::Body& body) {
+    return !body.motion && (body.conditions.fixed.size() > 0 || body.conditions.drive);
+  };
+  bool supported = false;
+  for (const scene::Body& body : scene.bodies) {
+    if (is_coupled(scene, body))
+      add_vector(series.columns, body.name + "_fluid", force, "of the fluid on it");
+    if (!is_supported(body)) continue;
+    add_vector(series.columns, body.name + "_support", force, "of what holds or drives it");
+    supported = true;
+  }
+  // Momentum of each body before the last step and after it.
+  struct Moments {
+    std::vector<Vec3> before, now;
+  };
+  const auto moments = std::make_shared<Moments>();
+  if (supported) {
+    series.every_step = [moments](const Simulation& simulation) {
+      moments->before.swap(moments->now);
+      moments->now.clear();
+      for (std::size_t i = 0; i < simulation.body_count(); ++i)
+        moments->now.push_back(simulation.body(i).momentum());
+    };
+  }
+  series.row = [moments, is_supported](const Simulation& simulation) {
+    std::vector<double> row;
+    for (std::size_t i = 0; i < simulation.body_count(); ++i) {
+      const MovingBody& body = simulation.body(i);
+      Vec3 fluid = Vec3::Zero();
+      if (body.is_coupled()) {
+        fluid = exchanged(body);
+        add(row, fluid);
+      }
+      if (!is_supported(body.spec())) continue;
+      Vec3 support = moments->now[i] - moments->before[i] - fluid;
+      if (body.spec().conditions.load.size() > 0)
+        support -= body.spec().conditions.load.colwise().sum().transpose();
+      add(row, support);
+    }
+    return row;
+  };
+  return series;
+}
+
+Series strains(const scene::Scene& scene) {
+  Series series;
+  for (const scene::Body& body : scene.bodies) {
+    if (body.motion) continue;
+    series.columns.push_back(
+        {body.name + "_min", "", "1", "smallest strain of a bond since the last row", {}});
+    series.columns.push_back(
+        {body.name + "_max", "", "1", "largest strain of a bond since the last row", {}});
+  }
+  const auto extremes = std::make_shared<std::vector<double>>();  // empty: none since the last row
+  series.every_step = [extremes](const Simulation& simulation) {
+    const bool first = extremes->empty();
+    std::size_t at = 0;
+    for_elastic(simulation, [&](const MovingBody& body) {
+      const Positions u = body.displacement();
+      const solid::Network& network = body.network();
+      double least = 0.0, greatest = 0.0;
+      for (std::size_t b = 0; b < network.bonds.size(); ++b) {
+        const Vec3 rest = network.vectors.row(static_cast<Eigen::Index>(b));
+        const Vec3 stretched =
+            rest + (u.row(network.bonds[b].second) - u.row(network.bonds[b].first)).transpose();
+        const double strain = stretched.norm() / rest.norm() - 1.0;
+        least = b == 0 ? strain : lesser(least, strain);
+        greatest = b == 0 ? strain : worse(greatest, strain);
+      }
+      if (first) {
+        extremes->insert(extremes->end(), {least, greatest});
+      } else {
+        (*extremes)[at] = lesser((*extremes)[at], least);
+        (*extremes)[at + 1] = worse((*extremes)[at + 1], greatest);
+      }
+      at += 2;
+    });
+  };
+  series.row = [extremes](const Simulation&) {
+    std::vector<double> row;
+    row.swap(*extremes);
+    return row;
+  };
+  return series;
+}
+
+Series slip(const scene::Scene& scene) {
+  Series series;
+  series.from_start = false;
+  for (const scene::Body& body : scene.bodies) {
+    if (!is_coupled(scene, body)) continue;
+    series.columns.push_back(
+        {body.name + "_rms", "", "L T^-1", "root mean square of |u_f - u_s| over coupled nodes", {}});
+    series.columns.push_back({body.name + "_max", "", "L T^-1", "largest |u_f - u_s| of coupled nodes", {}});
+  }
+  series.row = [](const Simulation& simulation) {
+    std::vector<double> row;
+    for (std::size_t i = 0; i < simulation.body_count(); ++i) {
+      const MovingBody& body = simulation.body(i);
+      if (!body.is_coupled()) continue;
+      const Eigen::VectorXd squares = body.slip().rowwise().squaredNorm();
+      row.push_back(std::sqrt(squares.mean()));
+      row.push_back(std::sqrt(largest(squares)));
+    }
+    return row;
+  };
+  return series;
+}
+
+}  // namespace veriflex::observe

@@ -1,0 +1,188 @@
+#include "measures/scene/scene.hpp"
+
+#include <fmt/format.h>
+
+#include "base/error.hpp"
+#include "engine/check_coupling.hpp"
+#include "engine/check_place.hpp"
+#include "engine/read_scene.hpp"
+#include "measures/drivers.hpp"
+#include "scene/contact.hpp"
+#include "scene/markers.hpp"
+
+// Any scene: a fluid, bodies in it or without one, and what is observed of them while it runs.
+
+namespace veriflex::measures {
+
+namespace {
+
+constexpr std::int64_t max_steps = 1'000'000'000;
+
+struct SceneStudy {
+  scene::Scene scene;
+  std::vector<CaseBody> bodies;  // those of the scene
+  std::vector<Observation> observations;
+  observe::MonitorSpec monitor;
+  std::int64_t steps;
+
+  bool has_elastic_coupling() const {
+    return std::any_of(scene.bodies.begin(), scene.bodies.end(),
+                       [](const scene::Body& body) { return body.coupling && !body.motion; });
+  }
+};
+
+/// Of the drives and oscillations, which must agree; 0 without one  [T].
+double period_of(const std::vector<CaseBody>& bodies) {
+  double period = 0.0;
+  for (const CaseBody& body : bodies) {
+    if (!body.period) continue;
+    if (period != 0.0 && *body.period != period) {
+      throw InputError(body.table.place(),
+                       fmt::format("{} has a period of {}, a body before it one of {}", body.body.name,
+                                   *body.period, period),
+                       "phases and periods of a run are those of one motion", "Use one period");
+    }
+    period = *body.period;
+  }
+  return period;
+}
+
+std::int64_t read_steps(const io::Table& t, double period) {
+  if (t.has("steps") == t.has("periods")) {
+    throw InputError(t.place(), t.has("steps") ? "both steps and periods" : "neither steps nor periods",
+                     "either says how long the run is", "Give one");
+  }
+  if (t.has("steps")) return t.integer("steps", 1, max_steps);
+  const std::int64_t periods = t.integer("periods", 1, max_steps);
+  if (period == 0.0) {
+    t.fail("periods", "periods of nothing", "no body of the scene is driven or oscillates",
+           "Give steps instead");
+  }
+  return engine::whole_steps(static_cast<double>(periods) * period, 1.0, "the run takes", t.place("periods"));
+}
+
+Place place_of(const CaseBody& body) { return body.table.place("place"); }
+
+/// Refuses a body that has no room where it stands.
+void check_body(const CaseBody& body, const fluid::Spec& fluid) {
+  const Positions X = scene::markers_at_rest(body.body);
+  engine::check_supports(fluid, body.body.coupling->delta, X, body.stroke, body.body.name, place_of(body));
+  const Vec3 extent = X.colwise().maxCoeff() - X.colwise().minCoeff();
+  engine::check_images(fluid, body.body.coupling->delta, extent, body.stroke, body.body.name, place_of(body));
+}
+
+/// Refuses bodies in one fluid that stand in each other.
+void check_pair(const CaseBody& a, const CaseBody& b, const fluid::Spec& fluid) {
+  constexpr double nearest = 1.0;  // [L]
+  const auto nodes = [](const scene::Body& body) {
+    return Positions(body.network.rest.rowwise() + body.place.transpose());
+  };
+  const auto met = scene::nearest_within(nearest, nodes(a.body), nodes(b.body), fluid.grid, closed(fluid));
+  if (!met) return;
+  throw InputError(place_of(b), fmt::format("{} stands in {}", b.body.name, a.body.name),
+                   fmt::format("their nodes {} and {} are {:.3g} spacings apart; nothing keeps bodies from "
+                               "passing through each other",
+                               met->second, met->first, met->distance),
+                   "Move one of them away by a spacing or more");
+}
+
+void check_places(const SceneStudy& study) {
+  if (!study.scene.fluid) return;
+  for (std::size_t i = 0; i < study.bodies.size(); ++i) {
+    if (!study.bodies[i].body.coupling) continue;
+    check_body(study.bodies[i], *study.scene.fluid);
+    for (std::size_t j = 0; j < i; ++j) {
+      if (study.bodies[j].body.coupling) check_pair(study.bodies[j], study.bodies[i], *study.scene.fluid);
+    }
+  }
+}
+
+void run(const SceneStudy& study, observe::Observations& seen, Progress& progress, engine::Cost& cost) {
+  if (study.has_elastic_coupling()) {
+    seen.metrics.push_back({"coupling_growth", 0.0, "1",
+                            "largest factor a step of the linearised coupling, body by body, without the "
+                            "fluid's own motion; up to 1 is stable"});
+    for (const CaseBody& body : study.bodies) {
+      if (!body.body.coupling || body.body.motion) continue;
+      engine::check_coupling(*study.scene.fluid, body.body, body.body.name, body.table.place("node_mass"),
+                             seen.metrics.back().value, progress);
+    }
+    cost.finish("stability of the coupling");
+  }
+  const std::size_t first = seen.records.size();
+  std::vector<observe::Observer> observers;
+  for (const Observation& observation : study.observations) {
+    add_observers(observation, study.scene, seen.records, seen.records.size(), observers);
+    seen.records.push_back(empty_record(observation, study.scene));
+  }
+  scene::Simulation simulation(study.scene);
+  observe::Run run(simulation, study.monitor, observers, "", progress);
+  run.advance(study.steps, study.steps);
+  run.finish();
+  const scene::Simulation::Seconds& spent = simulation.seconds();
+  cost.finish("run", {{"fluid", spent.fluid.wall, spent.fluid.cpu},
+                      {"coupling", spent.coupling.wall, spent.coupling.cpu},
+                      {"solid", spent.solid.wall, spent.solid.cpu}});
+  for (std::size_t i = 0; i < study.observations.size(); ++i) {
+    const std::vector<observe::Metric> metrics = metrics_of(study.observations[i], seen.records[first + i]);
+    seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
+  }
+}
+
+scene::Plan plan_of(const io::Table& top, const scene::Scene& scene) {
+  try {
+    return scene::plan_scene(scene);
+  } catch (const BadParameter& bad) {  // of the fluid: bodies are looked at before they are built
+    top.table("fluid").fail("nodes", bad.problem, bad.why, bad.suggestion);
+  }
+}
+
+}  // namespace
+
+engine::Study read_scene(const io::Table& top) {
+  SceneStudy study{
+      .scene = {}, .bodies = {}, .observations = {}, .monitor = engine::read_monitor(top), .steps = 0};
+  if (top.has("fluid")) {
+    study.scene.fluid = engine::read_fluid(top);
+    study.scene.initial_flow = read_initial_flow(top, *study.scene.fluid);
+  }
+  for (const io::Table& table : top.tables("body")) {
+    study.bodies.push_back(read_body(table, study.scene.fluid.has_value()));
+    const std::string& name = study.bodies.back().body.name;
+    for (const scene::Body& other : study.scene.bodies) {
+      if (other.name == name) {
+        table.fail("name", fmt::format("two bodies are called '{}'", name), "columns are called after them",
+                   "Give each a name of its own");
+      }
+    }
+    study.scene.bodies.push_back(study.bodies.back().body);
+  }
+  if (!study.scene.fluid && study.scene.bodies.empty()) {
+    throw InputError(top.place(), "the scene is empty", "it has neither [fluid] nor [[body]]", "Add one");
+  }
+  for (const CaseBody& body : study.bodies) {
+    if (body.body.motion && !body.body.coupling) {
+      body.table.fail("motion",
+                      fmt::format("the motion of {} is given, and it meets no fluid", body.body.name),
+                      "nothing would come of it", "Add [fluid] and a coupling");
+    }
+  }
+  const double period = period_of(study.bodies);
+  study.steps = read_steps(top.table("run"), period);
+  scene::Plan plan = plan_of(top, study.scene);
+  check_places(study);
+  study.observations = read_observations(top, study.scene, period, study.steps);
+  std::vector<std::string> measures;
+  if (study.has_elastic_coupling()) measures.emplace_back("coupling_growth");
+  for (const Observation& observation : study.observations) {
+    const std::vector<std::string> more = measures_of(observation, study.scene);
+    measures.insert(measures.end(), more.begin(), more.end());
+  }
+  return {.plan = std::move(plan),
+          .measures = measures,
+          .run = [study](observe::Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
+}
+
+}  // namespace veriflex::measures

@@ -1,0 +1,67 @@
+/// What the parts of the driver `scene` share: a scene as the tables of a case say it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "io/document.hpp"
+#include "observe/field.hpp"
+#include "observe/run.hpp"
+#include "observe/series.hpp"
+#include "scene/scene.hpp"
+
+namespace veriflex::measures {
+
+/// A [[body]], and what is asked about it before a run.
+struct CaseBody {
+  scene::Body body;
+  Vec3 stroke = Vec3::Zero();    // that a drive or an oscillation takes it to either side  [L]
+  std::optional<double> period;  // of that  [T]
+  io::Table table;
+};
+
+/// `shape` of a [[body]]: its network in the body's own axes, without angles. `spacing` is r0, by default
+/// `rest_length`; a data file has its own.
+solid::Network read_shape(const io::Table& body, double rest_length);
+
+/// A [[body]]. `in_fluid`: whether the scene has one.
+CaseBody read_body(const io::Table& table, bool in_fluid);
+
+/// [fluid.initial]: the populations that the fluid starts from; empty without that table.
+std::function<fluid::Populations(std::int64_t)> read_initial_flow(const io::Table& top,
+                                                                  const fluid::Spec& fluid);
+
+/// An [[observe]].
+struct Observation {
+  std::string name, what, title;
+  observe::Due due{INFINITY};
+  std::vector<std::int64_t> places;  // of the fluid, for probes and fields
+  bool probes = false;               // one row for all places, not one for each
+  observe::Fields fields;
+  std::size_t body = 0;               // whose nodes are looked at, and
+  std::vector<std::int32_t> nodes{};  // which
+  observe::Series (*series)(const scene::Scene&) = nullptr;
+
+  /// One row each time: it has metrics.
+  bool is_series() const { return probes || series != nullptr; }
+};
+
+/// Every [[observe]] of a scene. `period`: of its drive, 0 without one; `steps`: of its run.
+std::vector<Observation> read_observations(const io::Table& top, const scene::Scene& scene, double period,
+                                           std::int64_t steps);
+
+/// The record of an observation, without rows.
+observe::Record empty_record(const Observation& observation, const scene::Scene& scene);
+
+/// What a check may ask of it.
+std::vector<std::string> measures_of(const Observation& observation, const scene::Scene& scene);
+
+/// Adds rows to records[at] when they are due.
+void add_observers(const Observation& observation, const scene::Scene& scene,
+                   std::vector<observe::Record>& records, std::size_t at,
+                   std::vector<observe::Observer>& observers);
+
+/// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows.
+std::vector<observe::Metric> metrics_of(const Observation& observation, const observe::Record& record);
+
+}  // namespace veriflex::measures
