@@ -16,7 +16,7 @@ AnyLaw fene_lj(double epsilon, double sigma, std::optional<double> fene_k = {},
     if (name == "sigma") return sigma;
     if (name == "fene_k") return fene_k;
     if (name == "r_max") return r_max;
-    return cutoff;
+    return name == "cutoff" ? cutoff : std::nullopt;
   });
 }
 

@@ -456,7 +456,7 @@ TEST_CASE("The ledger shows what result files say, and what no case judges") {
   CHECK(standings.at("same-modulus") == "not run");
   const Json& far = entries.at("attraction-is-not-stiffness")[0];
   CHECK(far["holds"] == "outside");
-  CHECK(far["kind"] == "analytic");
+  CHECK(far["target_kind"] == "analytic");
   const Ran text = folder.run({"claims"});
   CHECK(text.code == 0);
   CHECK_THAT(text.out, ContainsSubstring("not run  tensile-fene-lj"));

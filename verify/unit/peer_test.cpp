@@ -183,7 +183,7 @@ TEST_CASE("Coefficients of the data file must agree with the case; types without
   Motion same(replaced(with_coefficients("1 30 1.5 1.0 1.0\n2 1 1 1 1"), "# harmonic", "# fene"));
   same.text = replaced(same.text, harmonic, fene);
   CHECK(same.message() == "no error");
-  same.text = replaced(same.text, "diameter = 1.0", "diameter = 1.0\ncutoff = inf");
+  same.text = replaced(same.text, "sigma = 1.0", "sigma = 1.0\ncutoff = inf");
   CHECK_THAT(same.message(), ContainsSubstring("bonds of type 1 have cutoff = 1.122"));
 }
 
