@@ -171,7 +171,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
     }
     at = next;
   }
-  if (toml::array* array = at->as_array(); array != nullptr && entry(*array, last) != nullptr) {
+  if (toml::array* array = at->as_array(); array != nullptr && entry(*at, last) != nullptr) {
     const auto place = array->cbegin() + static_cast<std::ptrdiff_t>(std::stoul(last));
     if (removes) {
       array->erase(place);
