@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -83,8 +84,12 @@ void print_orders(const Record& orders, const std::vector<const Column*>& metric
     const std::string& metric = orders.find("metric")->texts[row];
     const bool shown =
         std::any_of(metrics.begin(), metrics.end(), [&](const Column* c) { return c->name == metric; });
-    if (shown) rows.push_back(row);
+    // What does not follow the axis, or not from coarse to fine, is left to the result.
+    const bool converges = std::isfinite(orders.find("order_of_differences")->values[row]);
+    const bool is_falling = is_error(metric) && std::isfinite(orders.find("order")->values[row]);
+    if (shown && (converges || is_falling)) rows.push_back(row);
   }
+  if (rows.empty()) return;
   std::vector<const Column*> columns;
   for (const Column& column : orders.columns) columns.push_back(&column);
   say("        {}\n", orders.title);

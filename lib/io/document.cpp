@@ -248,6 +248,11 @@ double as_number(const Table& in, const std::string& key, const toml::node& node
 }
 
 std::string toml_text(const toml::node& node) {
+  if (const auto* number = node.as_floating_point()) {
+    std::string digits = fmt::format("{}", number->get());  // the fewest that are this double
+    if (std::isfinite(number->get()) && digits.find_first_of(".e") == std::string::npos) digits += ".0";
+    return digits;
+  }
   std::ostringstream text;
   node.visit([&text](const auto& value) { text << value; });
   return text.str();

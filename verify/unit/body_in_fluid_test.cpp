@@ -298,7 +298,7 @@ TEST_CASE("Immersed bodies and scenes that have no room, no end or no meaning ar
       {"scene-sphere-beside-rod", "body.0.place=[2.0,12.0,24.0]", "sphere leaves the fluid"},
       {"scene-sphere-beside-rod", "body.1.clamped=[5000]", "the body has nodes 0 to 179"},
       {"scene-sphere-beside-rod", "body.0.shape={cube={}}", "'cube' is no shape"},
-      {"scene-sphere-beside-rod", "body.0.node_mass=0.1", "the exchange of sphere with the fluid grows"},
+      {"scene-sphere-beside-rod", "body.0.node_mass=0.1", "the coupling of sphere to the fluid is unstable"},
       {"scene-sphere-beside-rod", "body.1.name=sphere", "two bodies are called 'sphere'"},
       {"scene-sphere-beside-rod", "run.periods=3", "both steps and periods"},
       {"scene-two-prescribed", "observe.0.phases=100", "there is one look a step at most"},
