@@ -1,34 +1,41 @@
 #include "base/work.hpp"
 
-#include <deque>
 #include <mutex>
 
 namespace veriflex::work {
 
 namespace {
 
-// Tallies outlive their threads.
 std::mutex guard;
-std::deque<Tally>& tallies() {
-  static std::deque<Tally> all;
-  return all;
+Tally* first = nullptr;
+Counts gone;  // of threads that have ended
+
+void add_to(Counts& sum, const Tally& tally) {
+  sum.node_updates += tally.node_updates.load(std::memory_order_relaxed);
+  sum.bond_evaluations += tally.bond_evaluations.load(std::memory_order_relaxed);
+  sum.angle_evaluations += tally.angle_evaluations.load(std::memory_order_relaxed);
 }
 
 }  // namespace
 
-Tally& new_tally() {
+Tally::Tally() {
   const std::lock_guard lock(guard);
-  return tallies().emplace_back();
+  next = first;
+  if (next != nullptr) next->previous = this;
+  first = this;
+}
+
+Tally::~Tally() {
+  const std::lock_guard lock(guard);
+  add_to(gone, *this);
+  if (next != nullptr) next->previous = previous;
+  (previous != nullptr ? previous->next : first) = next;
 }
 
 Counts done() {
   const std::lock_guard lock(guard);
-  Counts sum;
-  for (const Tally& tally : tallies()) {
-    sum.node_updates += tally.node_updates.load(std::memory_order_relaxed);
-    sum.bond_evaluations += tally.bond_evaluations.load(std::memory_order_relaxed);
-    sum.angle_evaluations += tally.angle_evaluations.load(std::memory_order_relaxed);
-  }
+  Counts sum = gone;
+  for (const Tally* tally = first; tally != nullptr; tally = tally->next) add_to(sum, *tally);
   return sum;
 }
 

@@ -14,14 +14,21 @@ struct Counts {
 };
 Counts done();
 
-/// What one thread has done. Only that thread writes, so that counting costs no more than an addition.
-struct alignas(64) Tally {
+/// What one thread has done. Only that thread writes, so that counting costs no more than an addition; the
+/// list of all tallies is theirs, so that nothing is allocated.
+struct Tally {
   std::atomic<std::uint64_t> node_updates{0}, bond_evaluations{0}, angle_evaluations{0};
+  Tally* previous = nullptr;
+  Tally* next = nullptr;
+
+  Tally();
+  ~Tally();
+  Tally(const Tally&) = delete;
+  Tally& operator=(const Tally&) = delete;
 };
-Tally& new_tally();
 
 inline Tally& mine() {
-  thread_local Tally& tally = new_tally();
+  thread_local Tally tally;
   return tally;
 }
 

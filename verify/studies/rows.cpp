@@ -62,12 +62,11 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, const fs
   const std::vector<std::string> meanings = file.texts("/metrics/meaning");
   for (std::size_t i = 0; i < names.size(); ++i)
     row.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
-  const auto sum = [&](const char* column) {
-    const std::vector<double> all_phases = file.numbers(column);
-    return std::accumulate(all_phases.begin(), all_phases.end(), 0.0);
+  const auto sum = [](const std::vector<double>& phases) {
+    return std::accumulate(phases.begin(), phases.end(), 0.0);
   };
-  row.wall_seconds = sum("/timing/wall_seconds");
-  row.cpu_seconds = sum("/timing/cpu_seconds");
+  row.wall_seconds = sum(file.numbers("/timing/wall_seconds"));
+  row.cpu_seconds = sum(file.numbers("/timing/cpu_seconds"));
   const auto count = [&](const char* name) {
     return static_cast<std::uint64_t>(file.integer("/work", name));
   };
