@@ -19,11 +19,14 @@ def is_number(record, name):
     return record[name].dtype.kind in "iuf"
 
 
+def errors_of(metrics):
+    return [m for m in metrics if any(word in m for word in WORDS_OF_ERRORS)]
+
+
 def asked(result, metrics):
     """The metrics worth a panel: errors, those that a check names, else the first."""
     named = [m for m in metrics if any(m in check.metric for check in result.checks)]
-    errors = [m for m in metrics if any(word in m for word in WORDS_OF_ERRORS)]
-    return list(dict.fromkeys(named + errors or metrics))[:MANY_METRICS]
+    return list(dict.fromkeys(named + errors_of(metrics) or metrics))[:MANY_METRICS]
 
 
 def lines(record, axes, x):
@@ -47,13 +50,13 @@ def scale(axes, x, y):
             put("log")
 
 
-def curves(result, record, key, x_name, x, caption):
+def curves(record, chosen, x_name, x, caption):
     """A panel per metric: it against x, a curve for each value of the other axes."""
-    axes, metrics, complete = parts(record)
-    chosen = [m for m in asked(result, metrics) if np.isfinite(record[m]).sum() >= 2]
+    axes, _, complete = parts(record)
+    chosen = [m for m in chosen if np.isfinite(record[m]).sum() >= 2]
     if not chosen:
         return None
-    drawing, panels = canvas(len(chosen), height=1.3 + 2.1 * len(chosen), sharex=True)
+    drawing, panels = canvas(len(chosen), height=1.3 + 2.2 * len(chosen), sharex=True)
     handles = []
     for panel, metric in zip(panels, chosen):
         for number, ((label, rows), marker) in enumerate(zip(list(lines(record, axes, x_name))[:MANY_LINES], markers())):
@@ -62,14 +65,14 @@ def curves(result, record, key, x_name, x, caption):
             if panel is panels[0] and label:
                 handles.append(handle)
         scale(panel, x, record[metric])
-        panel.set_ylabel(column_label(record.columns[metric]))
+        panel.set_title(column_label(record.columns[metric]), loc="left", fontsize="small")
         panel.margins(x=0.06, y=0.12)
     for row in np.flatnonzero(~complete & np.isfinite(x)):
         panels[-1].annotate("×", (x[row], 0), xycoords=("data", "axes fraction"), ha="center", color="#B03030")
     if panels[-1].get_xscale() == "log":
         label_points(panels[-1], np.unique(x[np.isfinite(x)]))
     if handles:
-        legend_above(panels[0], handles)
+        panels[0].legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 1.12), ncol=1 if len(handles) > 4 else 2)
     lost = int((~complete).sum())
     if lost:
         caption += f" × marks {lost} of {len(record)} runs that did not complete; see the table."
@@ -78,12 +81,12 @@ def curves(result, record, key, x_name, x, caption):
 
 def sweep(result, record, key):
     """Metrics along the last axis of numbers."""
-    axes, _, _ = parts(record)
+    axes, metrics, _ = parts(record)
     along = [name for name in axes if is_number(record, name) and len(set(record[name])) > 1]
     if not along:
         return None
     x = record.columns[along[-1]]
-    drawn = curves(result, record, key, x.name, x.values, f"{record.title}.")
+    drawn = curves(record, asked(result, metrics), x.name, x.values, f"{record.title}.")
     if drawn is None:
         return None
     panels, drawing, caption = drawn
@@ -92,14 +95,15 @@ def sweep(result, record, key):
 
 
 def sweep_cost(result, record, key):
-    """Metrics against run time, where rows ran one after another."""
+    """Errors against run time, where rows ran one after another."""
     table = result.records.get("sweep")
     if table is None or "one after another" not in record.title:
         return None
-    axes, _, _ = parts(table)
+    axes, metrics, _ = parts(table)
     along = [name for name in axes if is_number(table, name) and len(set(table[name])) > 1]
     caption = "What accuracy a second of computing buys. One run each: read the times to a factor of two."
-    drawn = curves(result, table, key, along[-1] if along else axes[-1], record["wall_seconds"], caption)
+    x_name = along[-1] if along else axes[-1]
+    drawn = curves(table, errors_of(metrics)[:MANY_METRICS], x_name, record["wall_seconds"], caption)
     if drawn is None:
         return None
     panels, drawing, caption = drawn
@@ -137,9 +141,11 @@ def outcome_boundary(result, record, key):
 def ablate_difference(result, record, key):
     """How far each variant moves each metric, the most moved first."""
     size = np.abs(record["relative_difference"])
+    # What is rounding beside other metrics of the case moves by any factor.
+    largest = np.nanmax(np.abs(record["of_case"]), initial=0.0)
     moved = {}
-    for metric, value in zip(record["metric"], size):
-        if np.isfinite(value):
+    for metric, value, of_case in zip(record["metric"], size, np.abs(record["of_case"])):
+        if np.isfinite(value) and of_case > 1e-9 * largest:
             moved[metric] = max(moved.get(metric, 0.0), value)
     metrics = sorted((m for m in moved if moved[m] > 0), key=moved.get)[-12:]
     if not metrics:
@@ -156,6 +162,6 @@ def ablate_difference(result, record, key):
     panel.set_yticks(range(len(metrics)), [m.replace("_", " ") for m in metrics])
     panel.set_xlabel("relative difference [1]")
     panel.grid(axis="y", linewidth=0.4)
-    legend_above(panel, handles)
+    legend_above(panel, handles, ordinate=130)
     caption = "How far each variant moves the metrics of the case; what it does not move is not shown."
     return Figure(caption, inline_svg(drawing, key, caption))
