@@ -198,6 +198,7 @@ void run(const Boundary& b, Observations& seen, Progress& progress, engine::Cost
   }
   seen.records.push_back(table_of("outcome_boundary_rows", "Every run of the search", leading, rows));
   seen.records.push_back(cost_table("outcome_boundary", b.timed, leading, rows));
+  refuse_if_none_was_read(rows);
   seen.metrics.push_back({"rows", static_cast<double>(rows.size()), "1", "runs of the case"});
   for (const Line& line : lines) {
     if (line.first_change() == 0) {

@@ -142,7 +142,8 @@ std::string in_words(const std::vector<Axis>& axes) {
   std::vector<std::string> parts;
   for (const Axis& axis : axes) {
     std::vector<std::string> values;
-    for (std::size_t i = 0; i < std::min(shown, axis.size()); ++i) values.push_back(bare(axis.values[i].front()));
+    for (std::size_t i = 0; i < std::min(shown, axis.size()); ++i)
+      values.push_back(bare(axis.values[i].front()));
     if (axis.size() > shown) values.push_back(fmt::format("and {} more", axis.size() - shown));
     parts.push_back(fmt::format("{} = {}", fmt::join(axis.keys, " with "), fmt::join(values, ", ")));
   }

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/error.hpp"
 #include "studies/numbers.hpp"
 
 namespace veriflex::studies {
@@ -114,7 +115,18 @@ Questions read_questions(const std::vector<io::Table>& checks, const std::string
   return questions;
 }
 
+void refuse_if_none_was_read(const std::vector<Row>& rows) {
+  const bool none_read =
+      std::all_of(rows.begin(), rows.end(), [](const Row& r) { return r.outcome == "refused"; });
+  if (none_read && !rows.empty()) {
+    throw InputError(
+        {}, fmt::format("no run of the study can be read, the first because of {}", rows.front().message), "",
+        "Look at the keys and values of its axes");
+  }
+}
+
 void count_rows(const std::vector<Row>& rows, observe::Observations& seen, Progress& progress) {
+  refuse_if_none_was_read(rows);
   double completed = 0.0;
   for (const Row& row : rows) {
     if (row.outcome == "completed") {

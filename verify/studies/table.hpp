@@ -32,7 +32,12 @@ Questions read_questions(const std::vector<io::Table>& checks, const std::string
                          const std::vector<observe::Column>& leading,
                          const std::vector<std::string>& measured_by_a_run);
 
-/// Warns of rows that are not complete, and counts them: metrics `rows`, `rows_completed`.
+/// Throws InputError when a reader has refused all rows: the study, not the scene, is then what cannot be
+/// used.
+void refuse_if_none_was_read(const std::vector<Row>& rows);
+
+/// Warns of rows that are not complete, and counts them: metrics `rows`, `rows_completed`. Throws as
+/// refuse_if_none_was_read().
 void count_rows(const std::vector<Row>& rows, observe::Observations& seen, Progress& progress);
 
 }  // namespace veriflex::studies

@@ -240,3 +240,15 @@ TEST_CASE("An ablation shows what a part does") {
   CHECK(angles[1] == 0.0);
   CHECK(bonds[1] == bonds[0]);
 }
+
+TEST_CASE("A study of which no run can be read is bad input, with the reason of the first") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  for (const std::string words :
+       {"sweep bar.toml --over bond.stiffnes=1,2", "boundary bar.toml --along bond.stiffnes=1..2"}) {
+    const Ran ran_it = ran(folder, words);
+    CHECK(ran_it.code == 2);
+    CHECK_THAT(ran_it.err,
+               ContainsSubstring("no run of the study can be read") && ContainsSubstring("stiffnes"));
+  }
+}
