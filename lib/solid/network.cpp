@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 
+#include "base/stop.hpp"
+
 namespace veriflex::solid {
 
 namespace {
@@ -30,6 +32,7 @@ class LatticeBuilder {
     network.rest.resize(static_cast<Eigen::Index>(cells_.size()), 3);
     std::vector<int> axes;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
+      stop_if_asked("node of the body", static_cast<std::int64_t>(i));
       for (std::size_t axis = 0; axis < 3; ++axis) {
         network.rest(static_cast<Eigen::Index>(i), static_cast<Eigen::Index>(axis)) =
             spacing_ * (cells_[i][axis] - origin[axis]);
@@ -97,6 +100,7 @@ Network cubic_lattice(const Block& block) {
   const auto l = static_cast<std::int32_t>(block.nodes[2]);
   LatticeBuilder builder({n, m, l}, block.spacing);
   for (std::int32_t z = 0; z < l; ++z) {
+    stop_if_asked("layer of the body", z);
     for (std::int32_t y = 0; y < m; ++y) {
       for (std::int32_t x = 0; x < n; ++x) builder.add({x, y, z});
     }
@@ -109,6 +113,7 @@ Network rod_lattice(const Rod& rod) {
   const auto sections = static_cast<std::int32_t>(rod.sections);
   LatticeBuilder builder({2 * reach + 1, 2 * reach + 1, sections}, rod.spacing);
   for (std::int32_t z = 0; z < sections; ++z) {
+    stop_if_asked("layer of the body", z);
     for (std::int32_t y = -reach; y <= reach; ++y) {
       for (std::int32_t x = -reach; x <= reach; ++x) {
         if (x * x + y * y <= rod.radius * rod.radius) builder.add({x + reach, y + reach, z});
@@ -125,6 +130,7 @@ template <class Inside>
 Network lattice_around_origin(const std::array<std::int32_t, 3>& reach, double spacing, Inside inside) {
   LatticeBuilder builder({2 * reach[0] + 1, 2 * reach[1] + 1, 2 * reach[2] + 1}, spacing);
   for (std::int32_t z = -reach[2]; z <= reach[2]; ++z) {
+    stop_if_asked("layer of the body", z);
     for (std::int32_t y = -reach[1]; y <= reach[1]; ++y) {
       for (std::int32_t x = -reach[0]; x <= reach[0]; ++x) {
         if (inside(x, y, z)) builder.add({x + reach[0], y + reach[1], z + reach[2]});
@@ -154,6 +160,7 @@ Network plate_lattice(const Plate& plate) {
 
 void add_angles(Network& network) {
   for (const std::vector<End>& ends : ends_by_node(network)) {
+    stop_if_asked("angles of a node", static_cast<std::int64_t>(network.angles.size()));
     for (std::size_t p = 0; p < ends.size(); ++p) {
       for (std::size_t q = p + 1; q < ends.size(); ++q) {
         const double along = ends[p].sign * ends[q].sign *
