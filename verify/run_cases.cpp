@@ -35,7 +35,6 @@ engine::Readers readers_for(const Options& options) {
   engine::Readers readers = studies::readers({.program = fs::read_symlink("/proc/self/exe"),
                                               .results = options.out,
                                               .threads = std::max(1, options.threads),
-                                              .judged = options.with_checks,
                                               .fresh = options.fresh,
                                               .shard = options.shard,
                                               .shards = options.shards});

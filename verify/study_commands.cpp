@@ -36,15 +36,6 @@ struct StudyOptions : Options {
   throw InputError({}, fmt::format("'{}' cannot be used", given), why, suggestion);
 }
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    out += c;
-  }
-  return out + '"';
-}
-
 // What stands between commas that are in no bracket and no quotes.
 std::vector<std::string> between_commas(const std::string& text) {
   std::vector<std::string> parts{""};
@@ -75,7 +66,7 @@ std::string value_text(const std::string& word) {
     io::parse_document("value = " + word, "");
     return word;
   } catch (const InputError&) {
-    return quoted(word);
+    return io::toml_text(word);
   }
 }
 
@@ -95,7 +86,7 @@ std::string axes_text(const std::vector<std::string>& over) {
     const auto [key, values] = halves("--over fluid.relaxation_time=0.6,0.8,1", given);
     std::vector<std::string> texts;
     for (const std::string& word : between_commas(values)) texts.push_back(value_text(word));
-    axes.push_back(fmt::format("{{key = {}, values = [{}]}}", quoted(key), fmt::join(texts, ", ")));
+    axes.push_back(fmt::format("{{key = {}, values = [{}]}}", io::toml_text(key), fmt::join(texts, ", ")));
   }
   return fmt::format("axes = [{}]", fmt::join(axes, ", "));
 }
@@ -110,8 +101,8 @@ std::string boundary_text(const StudyOptions& o) {
   if (dots == std::string::npos) refuse(o.along, "it has no range", "Write for example --along key=0.1..2");
   std::string text = fmt::format(
       "key = {}, from = {}, to = {}, points = {}, accuracy = {}, scale = {}, whole_numbers = {}, timed = {}",
-      quoted(key), range.substr(0, dots), range.substr(dots + 2), o.points, o.accuracy,
-      quoted(o.logarithmic ? "logarithmic" : "linear"), o.whole_numbers, o.timed);
+      io::toml_text(key), range.substr(0, dots), range.substr(dots + 2), o.points, o.accuracy,
+      io::toml_text(std::string(o.logarithmic ? "logarithmic" : "linear")), o.whole_numbers, o.timed);
   if (!o.over.empty()) text += ", " + axes_text(o.over);
   if (o.criterion.empty()) return text;
   const std::size_t at = o.criterion.find("<=");
@@ -119,19 +110,20 @@ std::string boundary_text(const StudyOptions& o) {
     refuse(o.criterion, "it is not of the form metric<=number",
            "Write for example --criterion 'error<=0.01'");
   }
-  return text + fmt::format(", criterion = {{metric = {}, at_most = {}}}", quoted(o.criterion.substr(0, at)),
-                            o.criterion.substr(at + 2));
+  return text + fmt::format(", criterion = {{metric = {}, at_most = {}}}",
+                            io::toml_text(o.criterion.substr(0, at)), o.criterion.substr(at + 2));
 }
 
 std::string ablate_text(const StudyOptions& o) {
   std::vector<std::string> variants;
   for (const std::string& key : o.without) {
-    variants.push_back(fmt::format("{{name = {}, without = [{}]}}", quoted("without " + key), quoted(key)));
+    variants.push_back(
+        fmt::format("{{name = {}, without = [{}]}}", io::toml_text("without " + key), io::toml_text(key)));
   }
   for (const std::string& given : o.with) {
     const auto [key, value] = halves("--with coupling.delta=3-point", given);
-    variants.push_back(fmt::format("{{name = {}, set = {{{} = {}}}}}", quoted("with " + given), quoted(key),
-                                   value_text(value)));
+    variants.push_back(fmt::format("{{name = {}, set = {{{} = {}}}}}", io::toml_text("with " + given),
+                                   io::toml_text(key), value_text(value)));
   }
   return fmt::format("variants = [{}], timed = {}", fmt::join(variants, ", "), o.timed);
 }

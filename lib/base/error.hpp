@@ -59,6 +59,10 @@ class NumericalFailure : public std::runtime_error {
  public:
   explicit NumericalFailure(const std::string& message, FailureMode how = FailureMode::Other)
       : std::runtime_error(message), mode(how) {}
+  /// The same failure, told with where it was: `where: message`.
+  NumericalFailure at(const std::string& where) const {
+    return NumericalFailure(where + ": " + what(), mode);
+  }
   FailureMode mode;
 };
 

@@ -1,8 +1,12 @@
 /// A box of lattice nodes: its size, the number of a node, and the way round its edges.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
+#include <numeric>
+#include <span>
+#include <vector>
 
 namespace veriflex {
 
@@ -25,5 +29,18 @@ struct Grid {
     return at < 0 ? at + size[axis] : at >= size[axis] ? at - size[axis] : at;
   }
 };
+
+/// Calls visit(nodes) for all nodes of a box, some at a time and in order: what is asked of all at once may
+/// take more memory than the fluid.
+template <class Visit>
+void in_parts(const Grid& grid, Visit visit) {
+  constexpr std::int64_t at_once = 65536;
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t from = 0; from < grid.count(); from += at_once) {
+    nodes.resize(static_cast<std::size_t>(std::min(at_once, grid.count() - from)));
+    std::iota(nodes.begin(), nodes.end(), from);
+    visit(std::span<const std::int64_t>(nodes));
+  }
+}
 
 }  // namespace veriflex

@@ -1,6 +1,7 @@
 /// How much the hot loops have done: what a run cost in units that no machine changes.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 
@@ -13,6 +14,18 @@ struct Counts {
   std::uint64_t angle_evaluations = 0;  // of one angle
 };
 Counts done();
+
+/// The counts by name, for whoever stores, reads or adds them up.
+struct Field {
+  const char* name;
+  const char* meaning;
+  std::uint64_t Counts::*count;
+};
+inline constexpr std::array fields{
+    Field{"node_updates", "lattice nodes collided and streamed, over all steps", &Counts::node_updates},
+    Field{"bond_evaluations", "gradients of bonds", &Counts::bond_evaluations},
+    Field{"angle_evaluations", "gradients of angles", &Counts::angle_evaluations},
+};
 
 /// What one thread has done. Only that thread writes, so that counting costs no more than an addition; the
 /// list of all tallies is theirs, so that nothing is allocated.

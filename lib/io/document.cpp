@@ -247,12 +247,8 @@ double as_number(const Table& in, const std::string& key, const toml::node& node
   return *value;
 }
 
-std::string toml_text(const toml::node& node) {
-  if (const auto* number = node.as_floating_point()) {
-    std::string digits = fmt::format("{}", number->get());  // the fewest that are this double
-    if (std::isfinite(number->get()) && digits.find_first_of(".e") == std::string::npos) digits += ".0";
-    return digits;
-  }
+std::string shown_node(const toml::node& node) {
+  if (const auto* number = node.as_floating_point()) return toml_text(number->get());
   std::ostringstream text;
   node.visit([&text](const auto& value) { text << value; });
   return text.str();
@@ -446,15 +442,15 @@ std::optional<std::string> Table::shown(const std::string& path) const {
     start = dot + 1;
   }
   if (at == nullptr) return std::nullopt;
-  return toml_text(*at);
+  return shown_node(*at);
 }
 
-std::string Table::shown_value(const std::string& key) const { return toml_text(need(*this, *node_, key)); }
+std::string Table::shown_value(const std::string& key) const { return shown_node(need(*this, *node_, key)); }
 
 std::vector<std::string> Table::shown_values(const std::string& key) const {
   std::vector<std::string> all;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key)))
-    all.push_back(toml_text(item));
+    all.push_back(shown_node(item));
   return all;
 }
 
@@ -495,6 +491,25 @@ std::vector<std::string> Table::asked() const {
     for (const std::string& key : Table(node).asked()) all.insert(name + "." + key);
   }
   return {all.begin(), all.end()};
+}
+
+std::string toml_text(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
+      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
+    } else {
+      out += c;
+    }
+  }
+  return out + '"';
+}
+
+std::string toml_text(double number) {
+  std::string text = fmt::format("{}", number);
+  if (std::isfinite(number) && text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
 }
 
 Table parse_document(const std::string& text, const std::string& file,

@@ -88,6 +88,11 @@ class Table {
   std::shared_ptr<Node> node_;
 };
 
+/// A text or a number as TOML, so that reading gives it back: quoted and escaped; the fewest digits, never
+/// without point or exponent, lest it read as an integer too large for one.
+std::string toml_text(const std::string& text);
+std::string toml_text(double number);
+
 /// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare
 /// word is taken as text). `[[name]]` entries are addressed as `name.0`; the number after the last adds one.
 /// An override of a key or table that the document lacks adds it, and a reader that does not know it will

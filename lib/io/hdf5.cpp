@@ -219,14 +219,27 @@ Hdf5File::Hdf5File(const std::filesystem::path& path) : name_(path.string()) {
 
 Hdf5File::~Hdf5File() { H5Fclose(file_); }
 
-std::string Hdf5File::attribute(const std::string& path, const std::string& name) const {
-  return reading(name_, fmt::format("attribute '{}' of {}", name, path), [&] {
-    const Handle object(H5Oopen(file_, path.c_str(), H5P_DEFAULT), H5Oclose, path);
+namespace {
+
+// What read(attribute, space) makes of an attribute of one value of that class.
+template <class Read>
+auto read_attribute(const std::string& file_name, hid_t file, const std::string& path,
+                    const std::string& name, H5T_class_t wanted, Read read) {
+  return reading(file_name, fmt::format("attribute '{}' of {}", name, path), [&] {
+    const Handle object(H5Oopen(file, path.c_str(), H5P_DEFAULT), H5Oclose, path);
     const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, name);
     const Handle space(H5Aget_space(attribute), H5Sclose, name);
     const Handle stored(H5Aget_type(attribute), H5Tclose, name);
-    require_type(stored, H5T_STRING);
-    if (size_of(space) != 1) throw std::runtime_error("not one text");
+    require_type(stored, wanted);
+    if (size_of(space) != 1) throw std::runtime_error("not one value");
+    return read(attribute, space);
+  });
+}
+
+}  // namespace
+
+std::string Hdf5File::attribute(const std::string& path, const std::string& name) const {
+  return read_attribute(name_, file_, path, name, H5T_STRING, [&](hid_t attribute, hid_t space) {
     const Handle type = utf8_text();
     std::vector<char*> raw(1, nullptr);
     check(H5Aread(attribute, type, raw.data()), name);
@@ -235,13 +248,7 @@ std::string Hdf5File::attribute(const std::string& path, const std::string& name
 }
 
 std::int64_t Hdf5File::integer(const std::string& path, const std::string& name) const {
-  return reading(name_, fmt::format("attribute '{}' of {}", name, path), [&] {
-    const Handle object(H5Oopen(file_, path.c_str(), H5P_DEFAULT), H5Oclose, path);
-    const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, name);
-    const Handle space(H5Aget_space(attribute), H5Sclose, name);
-    const Handle stored(H5Aget_type(attribute), H5Tclose, name);
-    require_type(stored, H5T_INTEGER);
-    if (size_of(space) != 1) throw std::runtime_error("not one integer");
+  return read_attribute(name_, file_, path, name, H5T_INTEGER, [&](hid_t attribute, hid_t) {
     std::int64_t value = 0;
     check(H5Aread(attribute, H5T_NATIVE_INT64, &value), name);
     return value;

@@ -40,8 +40,12 @@ fluid::Extremes check(const fluid::Fluid& fluid, const MonitorSpec& spec) {
   return worst;
 }
 
+Metric last_good_step(std::int64_t step) {
+  return {"last_good_step", static_cast<double>(step), "1", "of the last check that passed"};
+}
+
 std::vector<Metric> last_good(std::int64_t step, const fluid::Extremes& seen) {
-  return {{"last_good_step", static_cast<double>(step), "1", "of the last check that passed"},
+  return {last_good_step(step),
           {"last_good_mach", seen.max_speed / std::sqrt(fluid::sound_speed_squared), "1",
            "largest speed of the fluid there, over that of sound"},
           {"last_good_min_density", seen.min_density, "M L^-3", "of the fluid there"}};

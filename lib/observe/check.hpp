@@ -22,6 +22,7 @@ struct MonitorSpec {
 fluid::Extremes check(const fluid::Fluid& fluid, const MonitorSpec& spec);
 
 /// What a result says of the last check that passed.
+Metric last_good_step(std::int64_t step);
 std::vector<Metric> last_good(std::int64_t step, const fluid::Extremes& seen);
 
 }  // namespace veriflex::observe

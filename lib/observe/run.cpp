@@ -41,7 +41,7 @@ void Run::interrupt(const NumericalFailure& why) const {
   Observations left{.records = {}, .metrics = good_};
   if (!good_nodes_.empty()) left.records.push_back(last_good_nodes(good_nodes_, name_));
   if (name_.empty()) throw Interrupted(why, std::move(left));
-  throw Interrupted(NumericalFailure(fmt::format("{}: {}", name_, why.what())), std::move(left));
+  throw Interrupted(why.at(name_), std::move(left));
 }
 
 void Run::advance(std::int64_t steps, std::int64_t planned) {
@@ -77,7 +77,7 @@ void Run::check_now() {
   if (simulation_.has_fluid()) {
     good_ = last_good(step, check(simulation_.fluid(), spec_));
   } else {
-    good_ = {{"last_good_step", static_cast<double>(step), "1", "of the last check that found all sound"}};
+    good_ = {last_good_step(step)};
   }
   good_nodes_.clear();
   for (std::size_t i = 0; i < simulation_.body_count(); ++i) {

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <numeric>
 #include <optional>
 
 #include "base/reduce.hpp"
@@ -37,19 +36,15 @@ void for_elastic(const Simulation& simulation, Use use) {
 Vec3 exchanged(const MovingBody& body) { return body.exchanged().colwise().sum().transpose(); }
 
 double kinetic_energy(const fluid::Fluid& fluid) {
-  constexpr std::int64_t at_once = 65536;  // nodes; all together might take more memory than the fluid
   double sum = 0.0;
-  std::vector<std::int64_t> nodes;
   std::vector<fluid::Populations> h;
-  for (std::int64_t from = 0; from < fluid.spec().grid.count(); from += at_once) {
-    nodes.resize(static_cast<std::size_t>(std::min(at_once, fluid.spec().grid.count() - from)));
-    std::iota(nodes.begin(), nodes.end(), from);
+  in_parts(fluid.spec().grid, [&](std::span<const std::int64_t> nodes) {
     h.resize(nodes.size());
     fluid.populations(nodes, h);
     for (const fluid::Populations& node : h) {
       sum += 0.5 * fluid::momentum(node).squaredNorm() / (1.0 + fluid::density_deviation(node));
     }
-  }
+  });
   return sum;
 }
 
@@ -198,7 +193,7 @@ Series strains(const scene::Scene& scene) {
     const bool first = extremes->empty();
     std::size_t at = 0;
     for_elastic(simulation, [&](const MovingBody& body) {
-      const Positions u = body.displacement();
+      const Positions& u = body.solid().displacement();
       const solid::Network& network = body.network();
       double least = 0.0, greatest = 0.0;
       for (std::size_t b = 0; b < network.bonds.size(); ++b) {

@@ -54,7 +54,7 @@ void MovingBody::interpolate(const fluid::Fluid& fluid) {
       transfer_->locate(markers_);
     }
   } catch (const NumericalFailure& failure) {
-    throw NumericalFailure(fmt::format("step {}: {}", fluid.steps() + 1, failure.what()));
+    throw failure.at(fmt::format("step {}", fluid.steps() + 1));
   }
   if (prescribed_) {
     prescribed_->exchange(fluid, body_.motion->velocity_at(static_cast<double>(steps_)));

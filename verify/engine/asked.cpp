@@ -20,17 +20,14 @@ Pinned read_pinned(const io::Table& check, const std::string& key) {
 
 std::string Asked::name() const {
   std::string text = of == "value" ? metric : fmt::format("{}({})", of, metric);
-  std::string separator = " at ";
-  if (!along.empty()) text += fmt::format(" along {}", along);
-  for (const auto& [axis, value] : where) {
-    text += fmt::format("{}{} = {}", separator, axis, value);
-    separator = ", ";
-  }
-  separator = " over ";
-  for (const auto& [axis, value] : over) {
-    text += fmt::format("{}{} = {}", separator, axis, value);
-    separator = ", ";
-  }
+  const auto add = [&text](std::string separator, const Pinned& pins) {
+    for (const auto& [axis, value] : pins) {
+      text += fmt::format("{}{} = {}", separator, axis, value);
+      separator = ", ";
+    }
+  };
+  add(" at ", where);
+  add(" over ", over);
   return text;
 }
 

@@ -13,26 +13,6 @@ namespace fs = std::filesystem;
 
 namespace {
 
-std::string quoted(const std::string& text) {
-  std::string out = "\"";
-  for (const char c : text) {
-    if (c == '"' || c == '\\') out += '\\';
-    if (static_cast<unsigned char>(c) < 0x20 || c == 0x7f) {
-      out += fmt::format("\\u{:04x}", static_cast<unsigned>(c));
-    } else {
-      out += c;
-    }
-  }
-  return out + '"';
-}
-
-// A TOML float: never without point or exponent, lest it read as an integer too large for one.
-std::string float_text(double value) {
-  std::string text = fmt::format("{}", value);  // the fewest digits that are this double
-  if (std::isfinite(value) && text.find_first_of(".e") == std::string::npos) text += ".0";
-  return text;
-}
-
 void check_reading_back(const std::string& text, const fs::path& path, const observe::Observations& seen) {
   std::string why;
   try {
@@ -135,16 +115,18 @@ std::string baseline_text(const Result& result, const fs::path& path, const std:
       "machine = {}\n"
       "date = {}\n"
       "reason = {}\n",
-      quoted(path.stem().string()), quoted("case " + result.c.id), quoted("accepted: " + reason),
-      quoted(command), float_text(kept.relative), float_text(kept.absolute), quoted(p.revision),
-      quoted(p.compiler), quoted(p.machine), quoted(p.date), quoted(reason));
+      io::toml_text(path.stem().string()), io::toml_text("case " + result.c.id),
+      io::toml_text("accepted: " + reason), io::toml_text(command), io::toml_text(kept.relative),
+      io::toml_text(kept.absolute), io::toml_text(p.revision), io::toml_text(p.compiler),
+      io::toml_text(p.machine), io::toml_text(p.date), io::toml_text(reason));
   for (const observe::Metric& metric : result.seen.metrics) {
     if (std::isnan(metric.value)) {
       throw InputError({result.c.path.string()}, fmt::format("metric '{}' was measured as nan", metric.name),
                        "a baseline holds numbers", "Mend the case first");
     }
-    text += fmt::format("\n[values.{}]\nvalue = {}\ndimension = {}\nmeaning = {}\n", quoted(metric.name),
-                        float_text(metric.value), quoted(metric.dimension), quoted(metric.meaning));
+    text += fmt::format("\n[values.{}]\nvalue = {}\ndimension = {}\nmeaning = {}\n",
+                        io::toml_text(metric.name), io::toml_text(metric.value),
+                        io::toml_text(metric.dimension), io::toml_text(metric.meaning));
   }
   check_reading_back(text, path, result.seen);
   return text;

@@ -313,7 +313,9 @@ void read_into(Case& c, const io::Table& top, const fs::path& path, const Reader
     const Driver& driver = find_driver(top, readers.drivers);
     c.driver = driver.name;
     c.study = driver.read(top);
-    if (readers.study) c.study = readers.study(top, c, std::move(c.study));
+    if (!readers.study) return;
+    c.study = readers.study(top, readers.with_checks ? top.tables("check") : std::vector<io::Table>{}, c,
+                            std::move(c.study));
   });
   if (top.has("assumed")) attempt(top, [&] { c.assumed = read_assumed(top); });
   if (!has_study) return;  // what its checks may ask for is not known

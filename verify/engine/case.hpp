@@ -85,7 +85,9 @@ std::string name_of_variant(const std::string& id, const std::vector<std::string
 const std::vector<std::string>& tiers();
 
 /// Makes one run of a case a study of many, if the case has a table of one: [sweep], [boundary], [ablate].
-using StudyReader = std::function<Study(const io::Table& top, const Case& c, Study measure)>;
+/// `checks`: those that ask for its numbers.
+using StudyReader = std::function<Study(const io::Table& top, const std::vector<io::Table>& checks,
+                                        const Case& c, Study measure)>;
 
 /// What reads a case.
 struct Readers {

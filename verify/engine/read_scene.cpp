@@ -120,6 +120,10 @@ Vec3 read_vector(const io::Table& table, const std::string& key) {
   return {v[0], v[1], v[2]};
 }
 
+int read_axis(const io::Table& table, const std::string& key) {
+  return table.choice(key, {"x", "y", "z"})[0] - 'x';
+}
+
 double read_relaxation_time(const io::Table& table) {
   const double tau = table.number("relaxation_time");
   if (!(tau > 0.5)) {
@@ -200,8 +204,7 @@ fluid::Shape read_obstacle(const io::Table& fluid) {
                fmt::format("an axis has at most {} nodes", max_fluid_nodes), "Give a place in the box");
   }
   if (shape == "sphere") return fluid::Sphere{centre, radius};
-  const std::string axis = table.choice("axis", {"x", "y", "z"});
-  return fluid::Cylinder{centre, radius, static_cast<std::size_t>(axis[0] - 'x')};
+  return fluid::Cylinder{centre, radius, static_cast<std::size_t>(read_axis(table))};
 }
 
 fluid::Spec read_fluid(const io::Table& top, Varied varied) {

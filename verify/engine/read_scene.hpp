@@ -34,6 +34,9 @@ fluid::Spec read_fluid(const io::Table& top, Varied varied = Varied::Nothing);
 /// Three numbers.
 Vec3 read_vector(const io::Table& table, const std::string& key);
 
+/// `x`, `y` or `z` as 0, 1 or 2.
+int read_axis(const io::Table& table, const std::string& key = "axis");
+
 /// `relaxation_time`, more than 1/2.
 double read_relaxation_time(const io::Table& table);
 

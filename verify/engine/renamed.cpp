@@ -29,10 +29,6 @@ constexpr std::array renamed_keys{
     Renamed{"bond", "diameter", "sigma"},
     Renamed{"bond", "attraction", "fene_k"},
     Renamed{"bond", "reach", "r_max"},
-    Renamed{"compared_bond", "depth", "epsilon"},
-    Renamed{"compared_bond", "diameter", "sigma"},
-    Renamed{"compared_bond", "attraction", "fene_k"},
-    Renamed{"compared_bond", "reach", "r_max"},
     Renamed{"coupling", "live", "subcycled"},
     Renamed{"coupling", "force", "allow_unstable"},
     Renamed{"coupling", "iterations", "forcing_iterations"},
@@ -94,7 +90,8 @@ std::vector<std::string> old_in(const io::Table::Entry& entry) {
 }  // namespace
 
 std::optional<std::string> present_name(std::string_view path) {
-  const auto [table, key] = parts(path);
+  const auto [in, key] = parts(path);
+  const std::string_view table = in == "compared_bond" ? "bond" : in;  // a bond law, too
   for (const Renamed& one : renamed_keys) {
     if (one.table == table && one.was == key) return std::string(one.now);
   }

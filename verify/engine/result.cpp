@@ -209,10 +209,8 @@ void write_circumstances(io::Hdf5Image& file, const Result& r) {
   }
   file.attribute("/provenance", "threads", std::int64_t{p.threads});
   file.group("/work");
-  for (const auto& [name, count] : {std::pair{"node_updates", r.work.node_updates},
-                                    {"bond_evaluations", r.work.bond_evaluations},
-                                    {"angle_evaluations", r.work.angle_evaluations}}) {
-    file.attribute("/work", name, static_cast<std::int64_t>(count));
+  for (const work::Field& field : work::fields) {
+    file.attribute("/work", field.name, static_cast<std::int64_t>(r.work.*field.count));
   }
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
@@ -356,8 +354,9 @@ Result run_case(const Case& c, int threads) {
   result.warnings = progress.warnings();
   result.cost.finish("judge");
   const work::Counts after = work::done();
-  result.work = {after.node_updates - before.node_updates, after.bond_evaluations - before.bond_evaluations,
-                 after.angle_evaluations - before.angle_evaluations};
+  for (const work::Field& field : work::fields) {
+    result.work.*field.count = after.*field.count - before.*field.count;
+  }
   return result;
 }
 

@@ -70,7 +70,7 @@ void run(const Ablation& ablation, Observations& seen, Progress& progress, engin
   if (ablation.workspace.shards == 1) seen.records.push_back(differences(ablation, table));
   seen.records.push_back(cost_table("ablate", ablation.timed, leading, rows));
   count_rows(rows, seen, progress);
-  ablation.questions.answer(table, seen.metrics);
+  ablation.questions.answer(table, seen);
 }
 
 std::vector<Variant> read_variants(const io::Table& table) {
@@ -105,16 +105,13 @@ std::vector<Variant> read_variants(const io::Table& table) {
 
 }  // namespace
 
-engine::Study read_ablate(const io::Table& top, const engine::Case& c, engine::Study measure,
-                          const Workspace& workspace) {
-  const io::Table table = top.table("ablate");
-  const Ablation ablation{
-      .base = base_of(c),
-      .variants = read_variants(table),
-      .timed = table.flag("timed", false),
-      .questions = read_questions(workspace.judged ? top.tables("check") : std::vector<io::Table>{}, "ablate",
-                                  leading_columns(), measure.measures),
-      .workspace = workspace};
+engine::Study read_ablate(const io::Table& table, const std::vector<io::Table>& checks, const Base& base,
+                          engine::Study measure, const Workspace& workspace) {
+  const Ablation ablation{.base = base,
+                          .variants = read_variants(table),
+                          .timed = table.flag("timed", false),
+                          .questions = read_questions(checks, "ablate", leading_columns(), measure.measures),
+                          .workspace = workspace};
   std::vector<std::string> names;
   for (std::size_t i = 1; i < ablation.variants.size(); ++i) names.push_back(ablation.variants[i].name);
   measure.plan.built.push_back(

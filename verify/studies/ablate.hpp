@@ -9,7 +9,7 @@ namespace veriflex::studies {
 /// Of `[ablate]`: `[[ablate.variants]]` with `name`, `without` (keys or tables that are removed) and `set`
 /// (values that are put in), `timed`. Records `ablate` (a row per variant, the case itself first),
 /// `ablate_difference` (how far each metric is moved) and `ablate_cost`.
-engine::Study read_ablate(const io::Table& top, const engine::Case& c, engine::Study measure,
-                          const Workspace& workspace);
+engine::Study read_ablate(const io::Table& table, const std::vector<io::Table>& checks, const Base& base,
+                          engine::Study measure, const Workspace& workspace);
 
 }  // namespace veriflex::studies

@@ -29,7 +29,7 @@ struct Criterion {
   // "completed", a failure, or "beyond" the bound.
   std::string outcome(const Row& row) const {
     if (row.outcome != "completed" || metric.empty()) return row.outcome;
-    const observe::Metric* measured = row.metric(metric);
+    const observe::Metric* measured = row.seen.metric(metric);
     return measured != nullptr && measured->value <= at_most ? row.outcome : "beyond";
   }
 };
@@ -94,7 +94,7 @@ std::optional<double> next(const Boundary& b, const Line& line) {
 }
 
 std::string text_of(const Boundary& b, double x) {
-  return b.whole_numbers ? fmt::format("{:.0f}", x) : fmt::format("{:#}", x);
+  return b.whole_numbers ? fmt::format("{:.0f}", x) : io::toml_text(x);
 }
 
 // Looks at one place of each of the lines, side by side.
@@ -207,7 +207,7 @@ void run(const Boundary& b, Observations& seen, Progress& progress, engine::Cost
                                 fmt::join(settings(b.axes, line.cell), " "), line.looks.front().outcome));
     }
   }
-  b.questions.answer(boundary, seen.metrics);
+  b.questions.answer(boundary, seen);
 }
 
 Criterion read_criterion(const io::Table& table, const std::vector<std::string>& measured) {
@@ -221,11 +221,10 @@ Criterion read_criterion(const io::Table& table, const std::vector<std::string>&
 
 }  // namespace
 
-engine::Study read_boundary(const io::Table& top, const engine::Case& c, engine::Study measure,
-                            const Workspace& workspace) {
-  const io::Table table = top.table("boundary");
+engine::Study read_boundary(const io::Table& table, const std::vector<io::Table>& checks, const Base& base,
+                            engine::Study measure, const Workspace& workspace) {
   Boundary b{
-      .base = base_of(c),
+      .base = base,
       .key = table.text("key"),
       .from = table.number("from"),
       .to = table.number("to"),
@@ -247,8 +246,7 @@ engine::Study read_boundary(const io::Table& top, const engine::Case& c, engine:
     table.fail("accuracy", fmt::format("'accuracy' is {}", b.accuracy), "it is relative, at least 1e-12",
                "Give for example 0.01");
   }
-  b.questions = read_questions(workspace.judged ? top.tables("check") : std::vector<io::Table>{},
-                               "outcome_boundary", leading_columns(b.axes), {});
+  b.questions = read_questions(checks, "outcome_boundary", leading_columns(b.axes), {});
   measure.plan.built.push_back(
       {"boundary",
        fmt::format("runs of the case along {} from {} to {}{}{}, {} to begin with", b.key, b.from, b.to,

@@ -50,27 +50,23 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, const fs
   const bool same = file.texts("/case").front() == base.text && file.attribute("/", "variant") == all &&
                     file.attribute("/provenance", "program") == engine::program();
   if (!same) return std::nullopt;
-  Row row{.settings = settings,
-          .outcome = file.attribute("/", "outcome"),
-          .message = {},
-          .metrics = {},
-          .work = {}};
+  Row row{
+      .settings = settings, .outcome = file.attribute("/", "outcome"), .message = {}, .seen = {}, .work = {}};
   if (row.outcome != "completed") row.message = file.attribute("/", "error_message");
   const std::vector<std::string> names = file.texts("/metrics/name");
   const std::vector<double> values = file.numbers("/metrics/value");
   const std::vector<std::string> dimensions = file.texts("/metrics/dimension");
   const std::vector<std::string> meanings = file.texts("/metrics/meaning");
   for (std::size_t i = 0; i < names.size(); ++i)
-    row.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
+    row.seen.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
   const auto sum = [](const std::vector<double>& phases) {
     return std::accumulate(phases.begin(), phases.end(), 0.0);
   };
   row.wall_seconds = sum(file.numbers("/timing/wall_seconds"));
   row.cpu_seconds = sum(file.numbers("/timing/cpu_seconds"));
-  const auto count = [&](const char* name) {
-    return static_cast<std::uint64_t>(file.integer("/work", name));
-  };
-  row.work = {count("node_updates"), count("bond_evaluations"), count("angle_evaluations")};
+  for (const work::Field& field : work::fields) {
+    row.work.*field.count = static_cast<std::uint64_t>(file.integer("/work", field.name));
+  }
   row.peak_memory_bytes = static_cast<double>(file.integer("/provenance", "peak_memory_bytes"));
   return row;
 }
@@ -235,21 +231,6 @@ class Runner {
 };
 
 }  // namespace
-
-const observe::Metric* Row::metric(const std::string& name) const {
-  const auto found =
-      std::find_if(metrics.begin(), metrics.end(), [&](const observe::Metric& m) { return m.name == name; });
-  return found == metrics.end() ? nullptr : &*found;
-}
-
-Base base_of(const engine::Case& c) {
-  Base base{.path = fs::absolute(c.path), .id = c.id, .text = c.text, .overrides = {}, .name = c.name()};
-  for (const std::string& one : c.overrides) {
-    const std::string key = one.substr(0, one.find_first_of(".="));
-    if (key != "sweep" && key != "boundary" && key != "ablate") base.overrides.push_back(one);
-  }
-  return base;
-}
 
 fs::path folder_of_rows(const Base& base, const Workspace& workspace, bool timed) {
   return workspace.results / (base.name + (timed ? ".timed-rows" : ".rows"));

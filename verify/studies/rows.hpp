@@ -21,7 +21,6 @@ struct Workspace {
   std::filesystem::path program;  // this one
   std::filesystem::path results;  // folder of the study's result
   int threads = 1;
-  bool judged = true;         // the case's checks ask for numbers of the study
   bool fresh = false;         // runs rows again that are kept
   int shard = 0, shards = 1;  // of the rows this machine runs every `shards`-th, from `shard` on
 };
@@ -38,19 +37,16 @@ struct Base {
   std::vector<std::string> overrides;  // without those of the study's own table
   std::string name;                    // of the study's result
 };
-Base base_of(const engine::Case& c);
 
 struct Row {
   std::vector<std::string> settings;  // of this row
   std::string outcome;                // Result::outcome(); `killed` by a signal
   std::string message;                // why it is not complete, else empty
-  std::vector<observe::Metric> metrics;
+  observe::Observations seen;         // its metrics
   double wall_seconds = 0.0, cpu_seconds = 0.0;
   work::Counts work;
   double peak_memory_bytes = 0.0;
   bool kept = false;  // from an earlier run of the study
-
-  const observe::Metric* metric(const std::string& name) const;
 };
 
 /// Folder of the rows of a study; timed and untimed ones do not mix.

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "measures/drivers.hpp"
 #include "studies/ablate.hpp"
 #include "studies/boundary.hpp"
@@ -11,7 +13,8 @@ namespace veriflex::studies {
 
 namespace {
 
-using Read = engine::Study (*)(const io::Table&, const engine::Case&, engine::Study, const Workspace&);
+using Read = engine::Study (*)(const io::Table&, const std::vector<io::Table>&, const Base&, engine::Study,
+                               const Workspace&);
 struct Kind {
   std::string table;
   Read read;
@@ -34,9 +37,28 @@ const std::vector<std::string>& tables() {
   return names;
 }
 
+namespace {
+
+// The case that the rows of its study vary.
+Base base_of(const engine::Case& c) {
+  Base base{.path = std::filesystem::absolute(c.path),
+            .id = c.id,
+            .text = c.text,
+            .overrides = {},
+            .name = c.name()};
+  for (const std::string& one : c.overrides) {
+    const std::string key = one.substr(0, one.find_first_of(".="));
+    if (std::find(tables().begin(), tables().end(), key) == tables().end()) base.overrides.push_back(one);
+  }
+  return base;
+}
+
+}  // namespace
+
 engine::Readers readers(const Workspace& workspace) {
   return {.drivers = measures::all(),
-          .study = [workspace](const io::Table& top, const engine::Case& c, engine::Study measure) {
+          .study = [workspace](const io::Table& top, const std::vector<io::Table>& checks,
+                               const engine::Case& c, engine::Study measure) {
             const Kind* found = nullptr;
             for (const Kind& kind : kinds()) {
               if (!top.has(kind.table)) continue;
@@ -46,14 +68,16 @@ engine::Readers readers(const Workspace& workspace) {
               }
               found = &kind;
             }
-            return found == nullptr ? std::move(measure) : found->read(top, c, std::move(measure), workspace);
+            if (found == nullptr) return measure;
+            return found->read(top.table(found->table), checks, base_of(c), std::move(measure), workspace);
           }};
 }
 
 engine::Readers readers_of_row() {
   return {.drivers = measures::all(),
           .study =
-              [](const io::Table& top, const engine::Case&, engine::Study measure) {
+              [](const io::Table& top, const std::vector<io::Table>&, const engine::Case&,
+                 engine::Study measure) {
                 for (const std::string& name : tables()) {
                   if (top.has(name)) top.table(name).abandon();
                 }

@@ -96,26 +96,23 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
   }
   seen.records.push_back(cost_table("sweep", sweep.timed, leading, rows));
   count_rows(rows, seen, progress);
-  sweep.questions.answer(table, seen.metrics);
+  sweep.questions.answer(table, seen);
 }
 
 }  // namespace
 
-engine::Study read_sweep(const io::Table& top, const engine::Case& c, engine::Study measure,
-                         const Workspace& workspace) {
-  const io::Table table = top.table("sweep");
+engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& checks, const Base& base,
+                         engine::Study measure, const Workspace& workspace) {
   const std::vector<Axis> axes = read_axes(table);
   if (axes.empty()) {
     table.fail("axes", "there are none", "a sweep changes at least one key",
                "Write for example axes = [{ key = \"fluid.relaxation_time\", values = [0.6, 1.0] }]");
   }
-  const Sweep sweep{
-      .base = base_of(c),
-      .axes = axes,
-      .timed = table.flag("timed", false),
-      .questions = read_questions(workspace.judged ? top.tables("check") : std::vector<io::Table>{}, "sweep",
-                                  columns_of(axes), measure.measures),
-      .workspace = workspace};
+  const Sweep sweep{.base = base,
+                    .axes = axes,
+                    .timed = table.flag("timed", false),
+                    .questions = read_questions(checks, "sweep", columns_of(axes), measure.measures),
+                    .workspace = workspace};
   measure.plan.built.push_back(
       {"sweep", fmt::format("{} runs of the case, over {}", cells(axes).size(), in_words(axes)), 0.0});
   measure.measures = sweep.questions.measures;

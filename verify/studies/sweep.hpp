@@ -8,7 +8,7 @@ namespace veriflex::studies {
 
 /// Of `[sweep]`: `axes`, `timed`. Records `sweep` (a row per run), `sweep_cost`, and `orders_along_<axis>`
 /// for each axis of numbers from coarse to fine.
-engine::Study read_sweep(const io::Table& top, const engine::Case& c, engine::Study measure,
-                         const Workspace& workspace);
+engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& checks, const Base& base,
+                         engine::Study measure, const Workspace& workspace);
 
 }  // namespace veriflex::studies

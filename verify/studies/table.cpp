@@ -20,26 +20,15 @@ using observe::Record;
 
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
-struct WorkColumn {
-  const char *name, *dimension, *meaning;
-  std::uint64_t work::Counts::*count;
-};
-constexpr WorkColumn work_columns[] = {
-    {"node_updates", "1", "lattice nodes collided and streamed, over all steps", &work::Counts::node_updates},
-    {"bond_evaluations", "1", "gradients of bonds", &work::Counts::bond_evaluations},
-    {"angle_evaluations", "1", "gradients of angles", &work::Counts::angle_evaluations}};
-
 // Every metric of any row, as the first row that has it declares it.
 std::vector<Metric> declared(const std::vector<Row>& rows) {
-  std::vector<Metric> all;
+  observe::Observations all;
   for (const Row& row : rows) {
-    for (const Metric& metric : row.metrics) {
-      const bool known =
-          std::any_of(all.begin(), all.end(), [&](const Metric& m) { return m.name == metric.name; });
-      if (!known) all.push_back(metric);
+    for (const Metric& metric : row.seen.metrics) {
+      if (all.metric(metric.name) == nullptr) all.metrics.push_back(metric);
     }
   }
-  return all;
+  return all.metrics;
 }
 
 }  // namespace
@@ -58,14 +47,14 @@ Record table_of(std::string name, std::string title, std::vector<Column> leading
     Column column{metric.name, "", metric.dimension, metric.meaning, {}};
     for (const Row& row : rows) {
       // What a run that broke off had measured until then is no answer.
-      const Metric* measured = row.outcome == "completed" ? row.metric(metric.name) : nullptr;
+      const Metric* measured = row.outcome == "completed" ? row.seen.metric(metric.name) : nullptr;
       column.values.push_back(measured == nullptr ? not_a_number : measured->value);
     }
     table.columns.push_back(std::move(column));
   }
-  for (const WorkColumn& work : work_columns) {
-    Column column{work.name, "", work.dimension, work.meaning, {}};
-    for (const Row& row : rows) column.values.push_back(static_cast<double>(row.work.*work.count));
+  for (const work::Field& field : work::fields) {
+    Column column{field.name, "", "1", field.meaning, {}};
+    for (const Row& row : rows) column.values.push_back(static_cast<double>(row.work.*field.count));
     table.columns.push_back(std::move(column));
   }
   table.columns.push_back(std::move(message));
@@ -89,12 +78,9 @@ Record cost_table(const std::string& name, bool timed, std::vector<Column> leadi
   return table;
 }
 
-void Questions::answer(const Record& table, std::vector<Metric>& metrics) const {
+void Questions::answer(const Record& table, observe::Observations& seen) const {
   for (const engine::Asked& one : asked) {
-    const std::string name = one.name();
-    const bool known =
-        std::any_of(metrics.begin(), metrics.end(), [&](const Metric& m) { return m.name == name; });
-    if (!known) metrics.push_back(number(one, table));
+    if (seen.metric(one.name()) == nullptr) seen.metrics.push_back(number(one, table));
   }
 }
 
@@ -103,7 +89,7 @@ Questions read_questions(const std::vector<io::Table>& checks, const std::string
                          const std::vector<std::string>& measured_by_a_run) {
   Record table{name, "", leading};
   for (const std::string& measure : measured_by_a_run) table.columns.push_back({measure, "", "1", "", {}});
-  for (const WorkColumn& work : work_columns) table.columns.push_back({work.name, "", "1", "", {}});
+  for (const work::Field& field : work::fields) table.columns.push_back({field.name, "", "1", "", {}});
   Questions questions;
   for (const Column& column : table.columns) questions.measures.push_back(name + "." + column.name);
   for (const io::Table& check : checks) {

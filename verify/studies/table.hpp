@@ -23,7 +23,7 @@ struct Questions {
   std::vector<std::string> measures;  // their names, and the table's columns for curves
 
   /// Adds the numbers to what was seen. Throws NumericalFailure when the table does not give one.
-  void answer(const observe::Record& table, std::vector<observe::Metric>& metrics) const;
+  void answer(const observe::Record& table, observe::Observations& seen) const;
 };
 
 /// Of these `[[check]]` of the case. `leading` are the columns that the study's table has before what one run

@@ -292,6 +292,8 @@ TEST_CASE("A run that breaks off leaves its last good state") {
       CHECK_FALSE(in_fluid);
     } catch (const observe::Interrupted& interrupted) {
       CHECK_THAT(interrupted.what(), ContainsSubstring("the sphere: "));
+      // Pulled by one node: a bond, the fluid or a marker gives way; the class is not lost with the words.
+      CHECK(interrupted.mode != FailureMode::Other);
       CHECK(interrupted.seen.metric("last_good_step") != nullptr);
       REQUIRE(interrupted.seen.record("last_good_nodes") != nullptr);
       CHECK(interrupted.seen.record("last_good_nodes")->columns.front().values.size() == 19);

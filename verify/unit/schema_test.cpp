@@ -194,6 +194,7 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
                                  "check.table(key",
                                  "study.tables(key",
                                  "top.has(kind.table",
+                                 "top.table(found->table",
                                  "top.has(name",
                                  "top.table(name",
                                  "t.has(key",

@@ -1,7 +1,5 @@
 #include "measures/coupling/run_monitored.hpp"
 
-#include <fmt/format.h>
-
 #include "observe/interrupted.hpp"
 
 namespace veriflex::measures {
@@ -20,8 +18,7 @@ void run_monitored(const fluid::Fluid& fluid, const observe::MonitorSpec& monito
     });
     check();
   } catch (const NumericalFailure& failure) {
-    throw observe::Interrupted(NumericalFailure(fmt::format("{}: {}", name, failure.what()), failure.mode),
-                               std::move(good));
+    throw observe::Interrupted(failure.at(name), std::move(good));
   }
 }
 

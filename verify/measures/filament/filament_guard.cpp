@@ -59,8 +59,7 @@ StrokeResult run_guarded(const Stroke& stroke, const std::string& name, const st
   try {
     return run_stroke(stroke, name, progress);
   } catch (const StrokeFailure& failure) {
-    throw observe::Interrupted(NumericalFailure(fmt::format("{}: {}", name, failure.what()), failure.mode),
-                               until(failure.seen, history, name));
+    throw observe::Interrupted(failure.at(name), until(failure.seen, history, name));
   }
 }
 

@@ -39,19 +39,6 @@ void start(fluid::Fluid& fluid, const analytic::DecayingFlow& flow, Start how);
 /// 2 pi/n  [L^-1]
 inline double wavenumber(std::int64_t n) { return 2.0 * std::numbers::pi / static_cast<double>(n); }
 
-/// Calls visit(nodes) for all nodes of a box, some at a time and in order: what is asked of all at once may
-/// take more memory than the fluid.
-template <class Visit>
-void in_parts(const Grid& grid, Visit visit) {
-  constexpr std::int64_t at_once = 65536;
-  std::vector<std::int64_t> nodes;
-  for (std::int64_t from = 0; from < grid.count(); from += at_once) {
-    nodes.resize(static_cast<std::size_t>(std::min(at_once, grid.count() - from)));
-    std::iota(nodes.begin(), nodes.end(), from);
-    visit(std::span<const std::int64_t>(nodes));
-  }
-}
-
 /// Where a node stands  [L].
 inline Vec3 position(const Grid& grid, std::int64_t node) {
   const auto [x, y, z] = grid.node(node);

@@ -42,8 +42,7 @@ void compare_angle(double stiffness, bool straight, const PeerTable& table, Obse
     try {
       energy.push_back(evaluate({slack, stiffness}, network, Positions::Zero(3, 3), gradient));
     } catch (const NumericalFailure& failure) {
-      if (!table.clamped(row))
-        throw NumericalFailure(fmt::format("row {}: {}", i + 1, failure.what()), failure.mode);
+      if (!table.clamped(row)) throw failure.at(fmt::format("row {}", i + 1));
       energy.push_back(unanswered);
       gradient.setConstant(unanswered);
     }

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cctype>
+
 #include "base/error.hpp"
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
@@ -138,6 +141,23 @@ scene::Plan plan_of(const io::Table& top, const scene::Scene& scene) {
 }
 
 }  // namespace
+
+bool is_plain_name(const std::string& name) {
+  return std::all_of(name.begin(), name.end(),
+                     [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
+}
+
+std::vector<std::int32_t> read_node_list(const io::Table& table, const std::string& key, Eigen::Index count) {
+  std::vector<std::int32_t> nodes;
+  for (const std::int64_t node : table.integers(key)) {
+    if (node < 0 || node >= count) {
+      table.fail(key, fmt::format("'{}' lists node {}", key, node),
+                 fmt::format("the body has nodes 0 to {}", count - 1), "List the body's own nodes");
+    }
+    nodes.push_back(static_cast<std::int32_t>(node));
+  }
+  return nodes;
+}
 
 engine::Study read_scene(const io::Table& top) {
   SceneStudy study{

@@ -20,6 +20,12 @@ struct CaseBody {
   io::Table table;
 };
 
+/// Whether columns and records may be called so: letters, digits, `_` and `-`.
+bool is_plain_name(const std::string& name);
+
+/// A list of nodes of a body that has `count`.
+std::vector<std::int32_t> read_node_list(const io::Table& table, const std::string& key, Eigen::Index count);
+
 /// `shape` of a [[body]]: its network in the body's own axes, without angles. `spacing` is r0, by default
 /// `rest_length`; a data file has its own.
 solid::Network read_shape(const io::Table& body, double rest_length);

@@ -2,15 +2,14 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <numbers>
 
 #include "base/memory.hpp"
-#include "measures/scene/scene.hpp"
 #include "engine/read_scene.hpp"
 #include "io/lammps_data.hpp"
+#include "measures/scene/scene.hpp"
 #include "scene/lammps_network.hpp"
 #include "scene/markers.hpp"
 
@@ -103,13 +102,7 @@ std::vector<std::int32_t> read_nodes(const io::Table& table, const std::string& 
                                      const Eigen::VectorXd& along, double spacing) {
   std::vector<std::int32_t> nodes;
   if (table.has_list(key)) {
-    for (const std::int64_t node : table.integers(key)) {
-      if (node < 0 || node >= along.size()) {
-        table.fail(key, fmt::format("'{}' lists node {}", key, node),
-                   fmt::format("the body has nodes 0 to {}", along.size() - 1), "List the body's own nodes");
-      }
-      nodes.push_back(static_cast<std::int32_t>(node));
-    }
+    nodes = read_node_list(table, key, along.size());
     if (nodes.empty())
       table.fail(key, fmt::format("'{}' lists no node", key), "it would do nothing", "Leave it out");
     std::sort(nodes.begin(), nodes.end());
@@ -147,7 +140,7 @@ double read_period(const io::Table& t) {
 void read_drive(const io::Table& t, const Eigen::VectorXd& along, CaseBody& to) {
   const double period = read_period(t);
   solid::Drive drive{.nodes = read_nodes(t, "nodes", along, to.body.network.spacing),
-                     .axis = t.choice("direction", {"x", "y", "z"})[0] - 'x',
+                     .axis = engine::read_axis(t, "direction"),
                      .amplitude = t.number("amplitude"),
                      .omega = 2.0 * std::numbers::pi / period,
                      .ramp = t.number("ramp", 0.0)};
@@ -193,7 +186,7 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, CaseBody& to
 }
 
 /// A motion that is given leaves nothing to what the body is made of.
-void read_integrator(const io::Table& t, CaseBody& to) {
+void read_given_motion(const io::Table& t, CaseBody& to) {
   for (const char* key : {"bond", "angle", "node_mass", "substeps", "clamped", "weight", "load", "drive"}) {
     if (t.has(key)) {
       t.fail(key, fmt::format("'{}' is set beside 'motion'", key), "the motion of that body is given",
@@ -214,9 +207,7 @@ void read_integrator(const io::Table& t, CaseBody& to) {
 
 std::string read_name(const io::Table& t) {
   const std::string name = t.text("name");
-  const bool plain = std::all_of(
-      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
-  if (!plain || name == "fluid" || name == "total" || name == "walls") {
+  if (!is_plain_name(name) || name == "fluid" || name == "total" || name == "walls") {
     t.fail("name", fmt::format("'{}' is no name of a body", name),
            "columns of records are called after it; fluid, total and walls are taken",
            "Use letters, digits, _ and -");
@@ -273,11 +264,11 @@ CaseBody read_body(const io::Table& t, bool in_fluid) {
   if (given || body.material.angle_stiffness == 0.0) body.network.angles.clear();
   if (!given && body.material.angle_stiffness > 0.0 && !has_own_angles) solid::add_angles(body.network);
   const Eigen::VectorXd along = body.network.rest.col(2);
-  if (t.has("axis")) body.axis = t.choice("axis", {"x", "y", "z"})[0] - 'x';
+  if (t.has("axis")) body.axis = engine::read_axis(t);
   body.network.rest = scene::turned(body.network.rest, body.axis);
   body.network.vectors = scene::turned(body.network.vectors, body.axis);
   if (given) {
-    read_integrator(t, read);
+    read_given_motion(t, read);
   } else {
     read_elastic(t, along, read);
   }

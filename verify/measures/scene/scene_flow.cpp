@@ -3,9 +3,9 @@
 #include <cmath>
 #include <numbers>
 
-#include "measures/scene/scene.hpp"
 #include "engine/read_scene.hpp"
 #include "fluid/initial.hpp"
+#include "measures/scene/scene.hpp"
 
 // [fluid.initial]: a flow that the fluid starts from.
 
@@ -22,7 +22,7 @@ std::function<fluid::Populations(std::int64_t)> read_initial_flow(const io::Tabl
     const fluid::Populations h = fluid::equilibrium(1.0, U);
     return [h](std::int64_t) { return h; };
   }
-  const int along = t.choice("along", {"x", "y", "z"})[0] - 'x';
+  const int along = engine::read_axis(t, "along");
   if (U[along] != 0.0) {
     t.fail("velocity", "the wave moves along its own normal", "that is sound, not shear",
            "Set that component to 0");

@@ -1,11 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 
 #include "base/memory.hpp"
 #include "base/reduce.hpp"
+#include "engine/read_scene.hpp"
 #include "measures/scene/scene.hpp"
 
 // The [[observe]] entries of a scene: what each looks at, the record that it makes, and what a check may ask
@@ -60,10 +60,6 @@ std::array<std::int64_t, 3> read_node(const io::Table& table, const std::string&
   return {at[0], at[1], at[2]};
 }
 
-std::size_t read_axis(const io::Table& t) {
-  return static_cast<std::size_t>(t.choice("axis", {"x", "y", "z"})[0] - 'x');
-}
-
 void read_places(const io::Table& t, const scene::Scene& scene, Observation& to) {
   const Grid& grid = need_fluid(t, scene).grid;
   if (to.what == "probe") {
@@ -76,9 +72,10 @@ void read_places(const io::Table& t, const scene::Scene& scene, Observation& to)
       t.fail("point", "no point is given", "a probe looks at some",
              "Write for example point = [{ node = [0, 0, 0] }]");
   } else if (to.what == "line") {
-    to.places = observe::line(grid, read_axis(t), read_node(t, "through", grid));
+    to.places =
+        observe::line(grid, static_cast<std::size_t>(engine::read_axis(t)), read_node(t, "through", grid));
   } else if (to.what == "plane") {
-    const std::size_t normal = read_axis(t);
+    const auto normal = static_cast<std::size_t>(engine::read_axis(t));
     to.places = observe::plane(grid, normal, t.integer("at", 0, grid.size[normal] - 1));
   } else {
     const auto from = read_node(t, "from", grid), until = read_node(t, "to", grid);
@@ -114,13 +111,7 @@ void read_body_nodes(const io::Table& t, const scene::Scene& scene, Observation&
   const scene::Body& body = scene.bodies[to.body];
   const Positions& rest = body.network.rest;
   if (to.what == "nodes" && t.has_list("nodes")) {
-    for (const std::int64_t node : t.integers("nodes")) {
-      if (node < 0 || node >= rest.rows()) {
-        t.fail("nodes", fmt::format("'nodes' lists node {}", node),
-               fmt::format("{} has nodes 0 to {}", name, rest.rows() - 1), "List the body's own nodes");
-      }
-      to.nodes.push_back(static_cast<std::int32_t>(node));
-    }
+    to.nodes = read_node_list(t, "nodes", rest.rows());
     return;
   }
   for (Eigen::Index i = 0; i < rest.rows(); ++i) {
@@ -155,9 +146,7 @@ std::string read_name(const io::Table& t, const std::string& what, const std::ve
   std::string name = what;
   std::replace(name.begin(), name.end(), ' ', '_');
   name = t.text("name", name);
-  const bool plain = std::all_of(
-      name.begin(), name.end(), [](unsigned char c) { return std::isalnum(c) != 0 || c == '_' || c == '-'; });
-  if (!plain) {
+  if (!is_plain_name(name)) {
     t.fail("name", fmt::format("'{}' is no name of a record", name), "a check asks for it as name.column",
            "Use letters, digits, _ and -");
   }

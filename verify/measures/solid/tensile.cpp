@@ -70,9 +70,7 @@ void add_stress_strain(const TensileStudy& study, Progress& progress, Observatio
                       ? solid::pull_to_strain(study.law, study.block, study.lateral_held, study.points[i])
                       : solid::pull_with_stress(study.law, study.block, study.lateral_held, study.points[i]);
     } catch (const NumericalFailure& failure) {
-      throw NumericalFailure(
-          fmt::format("at {} {}: {}", displaced ? "strain" : "stress", study.points[i], failure.what()),
-          failure.mode);
+      throw failure.at(fmt::format("at {} {}", displaced ? "strain" : "stress", study.points[i]));
     }
   };
   for_all(states.size(), "curve", progress, pull, [&](std::size_t i) {
