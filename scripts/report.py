@@ -19,7 +19,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, drawing, figures, results
+from report import bond, drawing, figures, results, studies
 
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
 SMALL_ROWS = 20  # records of at most that many rows are shown as tables
@@ -258,6 +258,9 @@ def page(results_read, unreadable, ledger):
         laws=bond.laws(results_read),
         law_figures=[drawn for drawn in side_figures if drawn is not None],
         figures={result.file: figures_of(result, f"f{number}") for number, result in enumerate(results_read)},
+        price=studies.error_against_time(results_read, "price"),
+        answers=studies.answers(results_read),
+        never_worth=studies.never_worth(results_read),
         provenance=provenance(results_read),
         dates=dates(results_read),
     )

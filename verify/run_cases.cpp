@@ -194,7 +194,7 @@ class Runs {
       if (is_file) store(result);
       return result;
     }
-    result = engine::run_case(*c, threads_);
+    result = engine::run_case(*c, threads_, options_.repeats);
     store(result);
     return result;
   }

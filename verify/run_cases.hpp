@@ -26,6 +26,7 @@ struct Options {
   bool fresh = false;         // rows of studies that are kept are run again
   bool with_checks = true;    // else nothing is judged, as where a study was put over a case by a command
   bool is_row = false;        // of a study: the one run that the case describes
+  int repeats = 0;            // of a row, for its time
   int shard = 0, shards = 1;  // of a study
 };
 

@@ -26,7 +26,7 @@ namespace {
 
 struct StudyOptions : Options {
   std::vector<std::string> over, without, with, from;
-  std::string along, criterion, shard_text;
+  std::string along, criterion, error, work, shard_text;
   int points = 5;
   double accuracy = 0.01;
   bool logarithmic = false, whole_numbers = false, timed = false;
@@ -91,8 +91,16 @@ std::string axes_text(const std::vector<std::string>& over) {
   return fmt::format("axes = [{}]", fmt::join(axes, ", "));
 }
 
+std::string timing_text(const StudyOptions& o) {
+  const std::string repeats = o.repeats > 0 ? fmt::format(", repeats = {}", o.repeats) : "";
+  return fmt::format("timed = {}{}", o.timed, repeats);
+}
+
 std::string sweep_text(const StudyOptions& o) {
-  return fmt::format("{}, timed = {}", axes_text(o.over), o.timed);
+  std::string text = fmt::format("{}, {}", axes_text(o.over), timing_text(o));
+  if (!o.error.empty()) text += ", error = " + io::toml_text(o.error);
+  if (!o.work.empty()) text += ", work = " + io::toml_text(o.work);
+  return text;
 }
 
 std::string boundary_text(const StudyOptions& o) {
@@ -100,9 +108,9 @@ std::string boundary_text(const StudyOptions& o) {
   const std::size_t dots = range.find("..");
   if (dots == std::string::npos) refuse(o.along, "it has no range", "Write for example --along key=0.1..2");
   std::string text = fmt::format(
-      "key = {}, from = {}, to = {}, points = {}, accuracy = {}, scale = {}, whole_numbers = {}, timed = {}",
+      "key = {}, from = {}, to = {}, points = {}, accuracy = {}, scale = {}, whole_numbers = {}, {}",
       io::toml_text(key), range.substr(0, dots), range.substr(dots + 2), o.points, o.accuracy,
-      io::toml_text(std::string(o.logarithmic ? "logarithmic" : "linear")), o.whole_numbers, o.timed);
+      io::toml_text(std::string(o.logarithmic ? "logarithmic" : "linear")), o.whole_numbers, timing_text(o));
   if (!o.over.empty()) text += ", " + axes_text(o.over);
   if (o.criterion.empty()) return text;
   const std::size_t at = o.criterion.find("<=");
@@ -125,7 +133,7 @@ std::string ablate_text(const StudyOptions& o) {
     variants.push_back(fmt::format("{{name = {}, set = {{{} = {}}}}}", io::toml_text("with " + given),
                                    io::toml_text(key), value_text(value)));
   }
-  return fmt::format("variants = [{}], timed = {}", fmt::join(variants, ", "), o.timed);
+  return fmt::format("variants = [{}], {}", fmt::join(variants, ", "), timing_text(o));
 }
 
 void read_shard(StudyOptions& o) {
@@ -184,6 +192,8 @@ void add_common_options(CLI::App& command, StudyOptions& o) {
       ->allow_extra_args(false);
   command.add_flag("--timed", o.timed,
                    "one row after another with all threads, so that their times can be compared");
+  command.add_option("--repeats", o.repeats, "with --timed: further runs of each row, for its time")
+      ->check(CLI::Range(0, 1000));
   command.add_flag("--fresh", o.fresh, "run rows again that are kept from an earlier run");
   command.add_option(
       "--shard", o.shard_text,
@@ -212,6 +222,8 @@ void add_study_commands(CLI::App& app, int& exit_code) {
   add_common_options(*sweep, *o);
   add_axes(*sweep, *o);
   sweep->get_option("--over")->required();
+  sweep->add_option("--error", o->error, "the metric that is an error: which settings are worth their work");
+  sweep->add_option("--work", o->work, "with --error: what counts as work (default: bytes_moved)");
   sweep->footer(
       "Example: veriflex sweep tensile-fene-lj --over 'solid.nodes=[3, 3, 6],[3, 3, 12],[3, 3, 24]'");
   sweep->callback([o, &exit_code] { exit_code = run_study(*o, "sweep", sweep_text(*o)); });

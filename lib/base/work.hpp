@@ -12,6 +12,7 @@ struct Counts {
   std::uint64_t node_updates = 0;       // one lattice node collided and streamed once
   std::uint64_t bond_evaluations = 0;   // the gradient of one bond
   std::uint64_t angle_evaluations = 0;  // of one angle
+  std::uint64_t bytes_moved = 0;        // what these read and write at least
 };
 Counts done();
 
@@ -25,12 +26,14 @@ inline constexpr std::array fields{
     Field{"node_updates", "lattice nodes collided and streamed, over all steps", &Counts::node_updates},
     Field{"bond_evaluations", "gradients of bonds", &Counts::bond_evaluations},
     Field{"angle_evaluations", "gradients of angles", &Counts::angle_evaluations},
+    Field{"bytes_moved", "least traffic of these: a node's state in and out, positions in and gradients out",
+          &Counts::bytes_moved},
 };
 
 /// What one thread has done. Only that thread writes, so that counting costs no more than an addition; the
 /// list of all tallies is theirs, so that nothing is allocated.
 struct Tally {
-  std::atomic<std::uint64_t> node_updates{0}, bond_evaluations{0}, angle_evaluations{0};
+  std::atomic<std::uint64_t> node_updates{0}, bond_evaluations{0}, angle_evaluations{0}, bytes_moved{0};
   Tally* previous = nullptr;
   Tally* next = nullptr;
 
@@ -47,6 +50,20 @@ inline Tally& mine() {
 
 inline void add(std::atomic<std::uint64_t>& to, std::uint64_t count) {
   to.store(to.load(std::memory_order_relaxed) + count, std::memory_order_relaxed);
+}
+
+/// So many of each, as they are done. A position and a gradient are 24 bytes, a bond has two, an angle three.
+inline void add_nodes(std::uint64_t count, std::uint64_t bytes_each) {
+  add(mine().node_updates, count);
+  add(mine().bytes_moved, count * bytes_each);
+}
+inline void add_bonds(std::uint64_t count) {
+  add(mine().bond_evaluations, count);
+  add(mine().bytes_moved, count * 96);
+}
+inline void add_angles(std::uint64_t count) {
+  add(mine().angle_evaluations, count);
+  add(mine().bytes_moved, count * 144);
 }
 
 }  // namespace veriflex::work

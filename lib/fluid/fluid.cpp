@@ -174,7 +174,8 @@ class FluidOf final : public Fluid {
 
   void collide_and_stream(const NodeForces& forces) override {
     stop_if_asked("fluid step", steps_ + 1);
-    work::add(work::mine().node_updates, static_cast<std::uint64_t>(spec_.grid.count()));
+    work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
+                    2 * Q * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
     sweep(lattice_, odd());
     add(forces);
     ++steps_;

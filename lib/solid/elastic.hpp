@@ -79,12 +79,12 @@ template <bond::BondLaw Law, class AngleTerm>
 [[nodiscard]] bool gradient(const Law& law, const AngleTerm& angle, const Network& network, Workspace& work,
                             Positions& by_node) {
   const auto bonds = static_cast<std::size_t>(work.d.rows());
-  work::add(work::mine().bond_evaluations, bonds);
+  work::add_bonds(bonds);
   work.g.resize(work.d.rows(), 3);
   bond_gradients(law, work.d.data(), bonds, work.g.data());
   bool defined = true;
   if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
-    work::add(work::mine().angle_evaluations, network.angles.size());
+    work::add_angles(network.angles.size());
     if (work.stars.angle_count != network.angles.size()) work.stars = arrange(network.angles, bonds);
     defined = add_angle_gradients(work.stars, work.d.data(), bonds, angle.stiffness, work.g.data());
   }

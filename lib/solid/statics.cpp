@@ -56,24 +56,29 @@ bool keeps_clear(const Law& law, const Network& network, const Workspace& work, 
 struct State {
   Positions u;
   Workspace work;
-  Positions gradient;  // of the energy, all coordinates
+  Positions gradient;  // of the potential, all coordinates
   Eigen::VectorXd g;   // out-of-balance force on the free coordinates, negative
 };
 
 template <bond::BondLaw Law, class AngleTerm>
 Equilibrium solve(const Material& material, const Law& law, const AngleTerm& angle, const Network& network,
-                  const Positions& start, const FixedDofs& held, const Positions& load) {
+                  const Positions& start, const FixedDofs& held, const Positions& load,
+                  const Inertia& inertia) {
+  const bool is_static = inertia.stiffness == 0.0;
   const DofMap dofs(held);
   // Evaluates the state at u; false where the energy does not exist.
   const auto evaluate = [&](const Positions& u, State& state) {
     state.u = u;
     if (!deform(law, network, u, state.work)) return false;
     if (!gradient(law, angle, network, state.work, state.gradient)) return false;
-    state.g = dofs.gather(state.gradient - load);
+    state.gradient -= load;
+    if (!is_static) state.gradient += inertia.stiffness * (u - inertia.predicted);
+    state.g = dofs.gather(state.gradient);
     return true;
   };
   const auto potential = [&](const State& state) {
-    return energy(law, angle, network, state.work) - load.cwiseProduct(state.u).sum();
+    const double dead = energy(law, angle, network, state.work) - load.cwiseProduct(state.u).sum();
+    return is_static ? dead : dead + 0.5 * inertia.stiffness * (state.u - inertia.predicted).squaredNorm();
   };
 
   State now;
@@ -86,7 +91,11 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
   double previous = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration <= max_iterations; ++iteration) {
     stop_if_asked("Newton step", iteration);
-    const Eigen::SparseMatrix<double> h = dofs.restrict(hessian(law, angle, network, now.work));
+    std::vector<Eigen::Triplet<double>> second = hessian(law, angle, network, now.work);
+    if (!is_static) {
+      for (int i = 0; i < static_cast<int>(held.size()); ++i) second.emplace_back(i, i, inertia.stiffness);
+    }
+    const Eigen::SparseMatrix<double> h = dofs.restrict(second);
     const double stiffest = infinity_norm(h);
     const double force = worse(force_scale(law, now.work), largest_magnitude(load));
     if (!std::isfinite(force) || !std::isfinite(stiffest)) {
@@ -107,7 +116,7 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
         largest_magnitude(now.g) <= rounding && largest_magnitude(now.g) >= 0.5 * previous;
     previous = largest_magnitude(now.g);
     if (largest_magnitude(now.g) <= wanted_residual * force || no_longer_helps) {
-      Positions reaction = now.gradient - load;
+      Positions reaction = now.gradient;
       for (Eigen::Index i = 0; i < held.size(); ++i) {
         if (!held.data()[i]) reaction.data()[i] = 0.0;
       }
@@ -139,9 +148,9 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
 }  // namespace
 
 Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
-                        const FixedDofs& held, const Positions& load) {
+                        const FixedDofs& held, const Positions& load, const Inertia& inertia) {
   return visit(material, [&](const auto& law, const auto& angle) {
-    return solve(material, law, angle, network, u, held, load);
+    return solve(material, law, angle, network, u, held, load, inertia);
   });
 }
 

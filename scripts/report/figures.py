@@ -91,6 +91,8 @@ KINDS = {
     "validity": (),
     "sweep": (studies.sweep,),
     "sweep_cost": (studies.sweep_cost,),
+    "sweep_front": (studies.front,),
+    "sweep_cost_front": (studies.front,),
     "outcome_boundary": (studies.outcome_boundary,),
     "outcome_boundary_rows": (),
     "outcome_boundary_cost": (),
@@ -100,12 +102,17 @@ KINDS = {
 }
 
 
+def is_table(name):
+    """Whether a record is read as a table only."""
+    return name.startswith("orders_along_") or name.endswith(("_settings", "_reached"))
+
+
 def of_case(result, key):
     """All figures of a result. `key` must be unique on the page."""
     figures = []
     order = {name: place for place, name in enumerate(KINDS)}
     for record in sorted(result.records.values(), key=lambda record: order.get(record.name, len(order))):
-        kinds = () if record.name.startswith("orders_along_") else KINDS.get(record.name, (against_first_column,))
+        kinds = () if is_table(record.name) else KINDS.get(record.name, (against_first_column,))
         for draw in kinds:
             drawn = draw(result, record, f"{key}-{len(figures)}")
             if drawn is not None:

@@ -111,6 +111,148 @@ def sweep_cost(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def setting(record, row, axes):
+    """The values of a row's axes in words."""
+    values = ((name, record[name][row]) for name in axes)
+    return ", ".join(f"{name.split('.')[-1].replace('_', ' ')} {v:.6g}" if isinstance(v, float) else str(v) for name, v in values)
+
+
+def axes_of(record, error):
+    """Names of the axes of a front: the columns before its error."""
+    names = list(record.columns)
+    return names[: names.index(error)]
+
+
+def priced(result, front):
+    """Error and price of every row of the sweep whose front this is, and the front's columns of both."""
+    error, price = list(front.columns.values())[-2:]
+    table = result.records["sweep"]
+    prices = result.records["sweep_cost"] if price.name not in table.columns else table
+    return error, price, np.abs(table[error.name]), prices[price.name]
+
+
+def front(result, record, key):
+    """All settings of a sweep by error and price: those that another beats are grey, the others are the front."""
+    if "sweep" not in result.records or len(record) < 2:
+        return None
+    error, price, errors, prices = priced(result, record)
+    outcomes = result.records["sweep"]["outcome"]
+    drawing, (panel,) = canvas()
+    seen = (errors > 0) & np.isfinite(errors)
+    handles = panel.plot(prices[seen], errors[seen], "o", color="#B8BCC0", markersize=4, label="beaten by another setting")
+    if "sweep_cost" in result.records and price.name == "wall_seconds":
+        cost = result.records["sweep_cost"]
+        low, high = (np.abs(cost[f"{end}_wall_seconds"] - prices)[seen] for end in ("min", "max"))
+        panel.errorbar(prices[seen], errors[seen], xerr=(low, high), fmt="none", ecolor="#B8BCC0", elinewidth=0.8, zorder=0)
+    best = error.values > 0
+    handles += panel.plot(price.values[best], error.values[best], "s-", color="C0", label="worth its price")
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.margins(x=0.08, y=0.1)
+    for number, outcome in enumerate(sorted(set(outcomes) - {"completed"})):
+        lost = (outcomes == outcome) & np.isfinite(prices) & (prices > 0)
+        handles += panel.plot(
+            prices[lost],
+            np.full(lost.sum(), 1.0),
+            "x+1*"[number % 4],
+            color="#B03030",
+            transform=panel.get_xaxis_transform(),
+            clip_on=False,
+            label=str(outcome),
+        )
+    panel.set_xlabel("run time [s]" if price.name == "wall_seconds" else column_label(price))
+    panel.set_ylabel(column_label(error))
+    legend_above(panel, handles)
+    caption = "What accuracy costs: every setting of the sweep, and those that no other beats in both."
+    if best.sum() > 2:
+        slope = np.polyfit(np.log(price.values[best]), np.log(error.values[best]), 1)[0]
+        caption += f" Along the front the error falls with the power {slope:.2f} of the price."
+    if price.name == "wall_seconds":
+        caption += " Times are medians, bars reach from the fastest to the slowest repeat."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def families(results):
+    """Results whose sweep says what its error costs: with the front by run time if rows were timed, else by work."""
+    found = []
+    for result in results:
+        record = result.records.get("sweep_cost_front") or result.records.get("sweep_front")
+        if record is not None and len(record) and not result.variant:
+            found.append((result, record))
+    return found
+
+
+def error_against_time(results, key):
+    """The fronts by run time of all families in one picture; None without any."""
+    timed = [(result, record) for result, record in families(results) if record.name == "sweep_cost_front"]
+    drawing, (panel,) = canvas(height=3.6)
+    handles = []
+    for number, ((result, record), marker) in enumerate(zip(timed[: 2 * MANY_LINES], markers())):
+        error, price = list(record.columns.values())[-2:]
+        best = error.values > 0
+        if best.any():
+            style = "-" if number < MANY_LINES else "--"
+            handles += panel.plot(price.values[best], error.values[best], marker + style, color=f"C{number}", label=result.id)
+    if not handles:
+        return None
+    panel.set_xscale("log")
+    panel.set_yscale("log")
+    panel.set_xlabel("run time [s]")
+    panel.set_ylabel("error [1]")
+    panel.margins(x=0.06, y=0.08)
+    legend_above(panel, handles)
+    caption = "Error against run time: for each family the settings that no other beats. Each error is what its case says it is."
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
+def answers(results, wanted=(1e-2, 1e-3, 1e-4)):
+    """Rows (result, error asked, setting, error, seconds, next step) of the cheapest settings of all families."""
+    rows = []
+    for result, record in families(results):
+        name = record.name.replace("_front", "_reached")
+        reached = result.records.get(name)
+        if reached is None:
+            continue
+        error, price = list(record.columns.values())[-2:]
+        axes = axes_of(record, error.name)
+        for ask in wanted:
+            at = np.flatnonzero(np.isclose(reached["asked"], ask))
+            if at.size == 0:
+                continue
+            row = int(at[0])
+            rows.append(
+                {
+                    "result": result,
+                    "asked": ask,
+                    "setting": setting(reached, row, axes),
+                    "error": float(reached[error.name][row]),
+                    "price": float(reached[price.name][row]),
+                    "timed": price.name == "wall_seconds",
+                    "unit": price.name.replace("_", " "),
+                    "next": str(reached["next_step"][row]),
+                }
+            )
+    return rows
+
+
+def never_worth(results):
+    """Rows (result, axis, values) of settings that are the cheapest for no error."""
+    rows = []
+    for result, record in families(results):
+        table = result.records.get(record.name.replace("_front", "_settings"))
+        if table is None:
+            continue
+        for axis in dict.fromkeys(table["axis"]):
+            never = [
+                f"{value} ({over:.3g} times dearer at best)"
+                for a, value, start, over in zip(table["axis"], table["value"], table["cheapest_from"], table["work_over_cheapest"])
+                if a == axis and np.isnan(start) and np.isfinite(over)
+            ]
+            if never:
+                rows.append({"result": result, "axis": axis, "values": ", ".join(never)})
+    return rows
+
+
 def outcome_boundary(result, record, key):
     """Where the outcome changes, along the last axis of numbers."""
     names = list(record.columns)

@@ -26,6 +26,7 @@ std::string Asked::name() const {
       separator = ", ";
     }
   };
+  if (!along.empty()) text += " along " + along;
   add(" at ", where);
   add(" over ", over);
   return text;

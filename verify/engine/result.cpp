@@ -219,6 +219,9 @@ void write_circumstances(io::Hdf5Image& file, const Result& r) {
   timing.column("phase", r.cost.phases(), [](const Phase& phase) { return phase.name; });
   timing.column("wall_seconds", r.cost.phases(), [](const Phase& phase) { return phase.wall_seconds; });
   timing.column("cpu_seconds", r.cost.phases(), [](const Phase& phase) { return phase.cpu_seconds; });
+  Table repeats(file, "/repeats");
+  repeats.column("wall_seconds", r.repeats, [](const Phase& run) { return run.wall_seconds; });
+  repeats.column("cpu_seconds", r.repeats, [](const Phase& run) { return run.cpu_seconds; });
 }
 
 }  // namespace
@@ -318,7 +321,28 @@ void Result::fail(const Failure& failure) {
   error_mode = failure.mode;
 }
 
-Result run_case(const Case& c, int threads) {
+namespace {
+
+// One run whose numbers nobody wants, over as many as fill a time that the clock resolves.
+Phase time_of_a_run(const Case& c) {
+  constexpr double resolved = 0.02;  // [s]
+  Progress silent(c.id);
+  Cost cost;
+  int runs = 0;
+  do {
+    observe::Observations unused;
+    Cost phases;
+    c.study.run(unused, silent, phases);
+    cost.finish("run");
+    ++runs;
+  } while (cost.phases().front().wall_seconds < resolved);
+  const Phase& all = cost.phases().front();
+  return {"run", all.wall_seconds / runs, all.cpu_seconds / runs};
+}
+
+}  // namespace
+
+Result run_case(const Case& c, int threads, int repeats) {
   Result result{.c = c,
                 .provenance = provenance(threads),
                 .seen = {},
@@ -356,6 +380,11 @@ Result run_case(const Case& c, int threads) {
   const work::Counts after = work::done();
   for (const work::Field& field : work::fields) {
     result.work.*field.count = after.*field.count - before.*field.count;
+  }
+  try {
+    while (result.verdict != Verdict::error && repeats-- > 0) result.repeats.push_back(time_of_a_run(c));
+  } catch (...) {
+    result.fail(current_failure());
   }
   return result;
 }

@@ -41,7 +41,8 @@ struct Result {
   std::string error_kind, error_message, error_mode;
   std::vector<std::string> warnings;
   Cost cost;
-  work::Counts work{};  // of the run
+  work::Counts work{};           // of the run
+  std::vector<Phase> repeats{};  // time of each further run, made for its time alone
 
   /// How the run ended: completed; or refused (by a reader), one of to_string(FailureMode), memory, output,
   /// interrupted, internal.
@@ -52,8 +53,9 @@ struct Result {
 };
 
 /// Runs the study and judges it. Any exception becomes the verdict `error`, and what was seen until then
-/// stays in the result, unjudged.
-Result run_case(const Case& c, int threads);
+/// stays in the result, unjudged. A run that came to its end is made `repeats` times more for its time: what
+/// the clock resolves badly as often as it takes, and the mean counts.
+Result run_case(const Case& c, int threads, int repeats = 0);
 
 /// The result of a case that was not run: verdict `error`.
 Result not_run(const std::filesystem::path& path, const std::vector<std::string>& overrides,

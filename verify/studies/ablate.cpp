@@ -25,7 +25,7 @@ struct Variant {
 struct Ablation {
   Base base;
   std::vector<Variant> variants;  // the first is the case as it stands
-  bool timed;
+  Timing timing;
   Questions questions;
   Workspace workspace;
 };
@@ -62,13 +62,13 @@ void run(const Ablation& ablation, Observations& seen, Progress& progress, engin
     leading.front().texts.push_back(ablation.variants[i].name);
   }
   const std::vector<Row> rows =
-      run_rows(ablation.base, asked, ablation.workspace, ablation.timed, "variants", progress);
+      run_rows(ablation.base, asked, ablation.workspace, ablation.timing, "variants", progress);
   cost.finish("rows");
   const Record table =
       table_of("ablate", fmt::format("{} with parts left out and put in", ablation.base.id), leading, rows);
   seen.records.push_back(table);
   if (ablation.workspace.shards == 1) seen.records.push_back(differences(ablation, table));
-  seen.records.push_back(cost_table("ablate", ablation.timed, leading, rows));
+  seen.records.push_back(cost_table("ablate", ablation.timing, leading, rows));
   count_rows(rows, seen, progress);
   ablation.questions.answer(table, seen);
 }
@@ -109,7 +109,7 @@ engine::Study read_ablate(const io::Table& table, const std::vector<io::Table>& 
                           engine::Study measure, const Workspace& workspace) {
   const Ablation ablation{.base = base,
                           .variants = read_variants(table),
-                          .timed = table.flag("timed", false),
+                          .timing = read_timing(table),
                           .questions = read_questions(checks, "ablate", leading_columns(), measure.measures),
                           .workspace = workspace};
   std::vector<std::string> names;

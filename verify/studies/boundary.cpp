@@ -43,7 +43,7 @@ struct Boundary {
   double accuracy;  // of the key, relative
   Criterion criterion;
   std::vector<Axis> axes;
-  bool timed;
+  Timing timing;
   Questions questions;
   Workspace workspace;
 };
@@ -106,7 +106,7 @@ void look(const Boundary& b, std::vector<Line>& lines,
     asked.push_back(settings(b.axes, lines[line].cell));
     asked.back().push_back(b.key + "=" + text_of(b, x));
   }
-  std::vector<Row> rows = run_rows(b.base, asked, b.workspace, b.timed, phase, progress);
+  std::vector<Row> rows = run_rows(b.base, asked, b.workspace, b.timing, phase, progress);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto [line, x] = places[i];
     const std::string outcome = b.criterion.outcome(rows[i]);
@@ -197,7 +197,7 @@ void run(const Boundary& b, Observations& seen, Progress& progress, engine::Cost
     }
   }
   seen.records.push_back(table_of("outcome_boundary_rows", "Every run of the search", leading, rows));
-  seen.records.push_back(cost_table("outcome_boundary", b.timed, leading, rows));
+  seen.records.push_back(cost_table("outcome_boundary", b.timing, leading, rows));
   refuse_if_none_was_read(rows);
   seen.metrics.push_back({"rows", static_cast<double>(rows.size()), "1", "runs of the case"});
   for (const Line& line : lines) {
@@ -234,7 +234,7 @@ engine::Study read_boundary(const io::Table& table, const std::vector<io::Table>
       .accuracy = table.number("accuracy", 0.01),
       .criterion = read_criterion(table, measure.measures),
       .axes = read_axes(table),
-      .timed = table.flag("timed", false),
+      .timing = read_timing(table),
       .questions = {},
       .workspace = workspace};
   if (b.from == b.to)

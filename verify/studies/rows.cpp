@@ -44,7 +44,7 @@ bool is_final(const std::string& outcome) {
 }
 
 // The row in a result file; nothing when it is of another case or program.
-std::optional<Row> read_row(const Base& base, const Settings& settings, const fs::path& path) {
+std::optional<Row> read_row(const Base& base, const Settings& settings, int repeats, const fs::path& path) {
   const io::Hdf5File file(path);
   const std::string all = fmt::format("{}", fmt::join(all_settings(base, settings), ", "));
   const bool same = file.texts("/case").front() == base.text && file.attribute("/", "variant") == all &&
@@ -64,6 +64,18 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, const fs
   };
   row.wall_seconds = sum(file.numbers("/timing/wall_seconds"));
   row.cpu_seconds = sum(file.numbers("/timing/cpu_seconds"));
+  row.min_wall_seconds = row.max_wall_seconds = row.wall_seconds;
+  std::vector<double> wall = file.numbers("/repeats/wall_seconds");
+  std::vector<double> cpu = file.numbers("/repeats/cpu_seconds");
+  if (row.outcome == "completed" && wall.size() != static_cast<std::size_t>(repeats)) return std::nullopt;
+  if (!wall.empty()) {
+    std::sort(wall.begin(), wall.end());
+    std::sort(cpu.begin(), cpu.end());
+    row.min_wall_seconds = wall.front();
+    row.max_wall_seconds = wall.back();
+    row.wall_seconds = wall[wall.size() / 2];
+    row.cpu_seconds = cpu[cpu.size() / 2];
+  }
   for (const work::Field& field : work::fields) {
     row.work.*field.count = static_cast<std::uint64_t>(file.integer("/work", field.name));
   }
@@ -71,11 +83,11 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, const fs
   return row;
 }
 
-std::optional<Row> kept_row(const Base& base, const Settings& settings, const fs::path& path) {
+std::optional<Row> kept_row(const Base& base, const Settings& settings, int repeats, const fs::path& path) {
   std::error_code unknown;
   if (!fs::is_regular_file(path, unknown)) return std::nullopt;
   try {
-    std::optional<Row> row = read_row(base, settings, path);
+    std::optional<Row> row = read_row(base, settings, repeats, path);
     if (!row || !is_final(row->outcome)) return std::nullopt;
     row->kept = true;
     return row;
@@ -88,10 +100,16 @@ std::optional<Row> kept_row(const Base& base, const Settings& settings, const fs
 class Child {
  public:
   Child(const Base& base, const Settings& settings, const Workspace& workspace, const fs::path& folder,
-        int threads) {
-    std::vector<std::string> words{
-        workspace.program.string(), "row", base.path.string(), "--out", folder.string(), "--threads",
-        std::to_string(threads)};
+        int threads, int repeats) {
+    std::vector<std::string> words{workspace.program.string(),
+                                   "row",
+                                   base.path.string(),
+                                   "--out",
+                                   folder.string(),
+                                   "--threads",
+                                   std::to_string(threads),
+                                   "--repeats",
+                                   std::to_string(repeats)};
     for (const std::string& one : all_settings(base, settings)) words.insert(words.end(), {"--set", one});
     std::vector<char*> arguments;
     for (std::string& word : words) arguments.push_back(word.data());
@@ -140,19 +158,22 @@ class Child {
 
 class Runner {
  public:
-  Runner(const Base& base, const std::vector<Settings>& settings, const Workspace& workspace, bool timed)
+  Runner(const Base& base, const std::vector<Settings>& settings, const Workspace& workspace,
+         const Timing& timing)
       : base_(base),
         settings_(settings),
         workspace_(workspace),
-        folder_(folder_of_rows(base, workspace, timed)),
-        at_once_(timed ? 1 : std::max(1, workspace.threads)),
-        threads_(timed ? workspace.threads : 1),
+        folder_(folder_of_rows(base, workspace, timing.timed)),
+        at_once_(timing.timed ? 1 : std::max(1, workspace.threads)),
+        threads_(timing.timed ? workspace.threads : 1),
+        repeats_(timing.repeats),
         rows_(settings.size()) {}
 
   std::vector<Row> run(const std::string& phase, Progress& progress) {
     std::vector<std::size_t> todo;
     for (std::size_t i = 0; i < settings_.size(); ++i) {
-      std::optional<Row> kept = workspace_.fresh ? std::nullopt : kept_row(base_, settings_[i], path(i));
+      std::optional<Row> kept =
+          workspace_.fresh ? std::nullopt : kept_row(base_, settings_[i], repeats_, path(i));
       if (kept) {
         rows_[i] = std::move(*kept);
       } else {
@@ -164,7 +185,7 @@ class Runner {
     while (next != todo.end() || !running_.empty()) {
       while (next != todo.end() && stop::signal == 0 &&
              running_.size() < static_cast<std::size_t>(at_once_)) {
-        running_.try_emplace(*next, base_, settings_[*next], workspace_, folder_, threads_);
+        running_.try_emplace(*next, base_, settings_[*next], workspace_, folder_, threads_, repeats_);
         ++next;
       }
       if (running_.empty()) break;
@@ -208,7 +229,7 @@ class Runner {
     }
     std::optional<Row> row;
     try {
-      row = read_row(base_, settings_[i], path(i));
+      row = read_row(base_, settings_[i], repeats_, path(i));
     } catch (const InputError& error) {
       throw OutputError(path(i).string(), fmt::format("a row was not stored there ({})", error.what()),
                         "Make room, and run the study again: rows that are there are kept");
@@ -224,7 +245,7 @@ class Runner {
   const std::vector<Settings>& settings_;
   const Workspace& workspace_;
   fs::path folder_;
-  int at_once_, threads_;
+  int at_once_, threads_, repeats_;
   std::map<std::size_t, Child> running_;
   bool asked_to_stop_ = false;
   std::vector<Row> rows_;
@@ -236,9 +257,20 @@ fs::path folder_of_rows(const Base& base, const Workspace& workspace, bool timed
   return workspace.results / (base.name + (timed ? ".timed-rows" : ".rows"));
 }
 
+Timing read_timing(const io::Table& study) {
+  const Timing timing{
+      .timed = study.flag("timed", false),
+      .repeats = study.has("repeats") ? static_cast<int>(study.integer("repeats", 1, 1000)) : 0};
+  if (timing.repeats > 0 && !timing.timed) {
+    study.fail("repeats", "the rows are not timed", "they run side by side, and their times mean nothing",
+               "Add timed = true, or leave it out");
+  }
+  return timing;
+}
+
 std::vector<Row> run_rows(const Base& base, const std::vector<Settings>& settings, const Workspace& workspace,
-                          bool timed, const std::string& phase, Progress& progress) {
-  return Runner(base, settings, workspace, timed).run(phase, progress);
+                          const Timing& timing, const std::string& phase, Progress& progress) {
+  return Runner(base, settings, workspace, timing).run(phase, progress);
 }
 
 }  // namespace veriflex::studies

@@ -39,11 +39,12 @@ struct Base {
 };
 
 struct Row {
-  std::vector<std::string> settings;  // of this row
-  std::string outcome;                // Result::outcome(); `killed` by a signal
-  std::string message;                // why it is not complete, else empty
-  observe::Observations seen;         // its metrics
-  double wall_seconds = 0.0, cpu_seconds = 0.0;
+  std::vector<std::string> settings;                      // of this row
+  std::string outcome;                                    // Result::outcome(); `killed` by a signal
+  std::string message;                                    // why it is not complete, else empty
+  observe::Observations seen;                             // its metrics
+  double wall_seconds = 0.0, cpu_seconds = 0.0;           // of the run; with repeats their medians
+  double min_wall_seconds = 0.0, max_wall_seconds = 0.0;  // of the repeats, or as wall_seconds
   work::Counts work;
   double peak_memory_bytes = 0.0;
   bool kept = false;  // from an earlier run of the study
@@ -52,11 +53,20 @@ struct Row {
 /// Folder of the rows of a study; timed and untimed ones do not mix.
 std::filesystem::path folder_of_rows(const Base& base, const Workspace& workspace, bool timed);
 
-/// One row per list of settings, in that order. Timed rows run one after another with all threads, others
-/// side by side with one each. Throws Stopped when a signal asks for it, after all rows that ran have ended;
-/// OutputError when a row cannot be stored.
+/// How rows are run: side by side with a thread each, or one after another with all threads for the sake of
+/// their times, which may be those of further runs.
+struct Timing {
+  bool timed = false;
+  int repeats = 0;
+};
+
+/// `timed` and `repeats` of a study's table. Throws InputError: repeats of what is not timed.
+Timing read_timing(const io::Table& study);
+
+/// One row per list of settings, in that order. Throws Stopped when a signal asks for it, after all rows that
+/// ran have ended; OutputError when a row cannot be stored.
 std::vector<Row> run_rows(const Base& base, const std::vector<std::vector<std::string>>& settings,
-                          const Workspace& workspace, bool timed, const std::string& phase,
+                          const Workspace& workspace, const Timing& timing, const std::string& phase,
                           Progress& progress);
 
 }  // namespace veriflex::studies

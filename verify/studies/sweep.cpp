@@ -6,7 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "base/error.hpp"
 #include "engine/convergence.hpp"
+#include "studies/front.hpp"
 #include "studies/grid.hpp"
 #include "studies/numbers.hpp"
 #include "studies/table.hpp"
@@ -65,10 +67,31 @@ Record orders_along(std::size_t axis, const std::vector<Axis>& axes, const Recor
 struct Sweep {
   Base base;
   std::vector<Axis> axes;
-  bool timed;
+  Timing timing;
+  std::string error, work;  // metric and count whose front is asked for; may be empty
   Questions questions;
   Workspace workspace;
 };
+
+// What the error costs in work and, where the rows are timed, in seconds.
+void add_fronts(const Sweep& sweep, const std::vector<Cell>& grid, const Record& table, Observations& seen) {
+  const Record cost = seen.records.back();
+  const auto add = [&](const std::string& name, const Column& work) {
+    const Column* error = table.find(sweep.error);
+    if (error == nullptr) {
+      throw NumericalFailure(
+          fmt::format("no row measured the number '{}', which is to be its error", sweep.error));
+    }
+    PricedGrid priced{sweep.axes, grid, {}, *error, work};
+    for (std::size_t i = 0; i < grid.size(); ++i)
+      priced.rows.push_back({std::abs(error->values[i]), work.values[i]});
+    priced.error.values.clear();
+    priced.work.values.clear();
+    for (Record& record : front_records(name, priced)) seen.records.push_back(std::move(record));
+  };
+  add("sweep", *table.find(sweep.work));
+  if (sweep.timing.timed) add("sweep_cost", *cost.find("wall_seconds"));
+}
 
 void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cost& cost) {
   std::vector<Cell> grid;
@@ -78,7 +101,7 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
   }
   std::vector<std::vector<std::string>> asked;
   for (const Cell& cell : grid) asked.push_back(settings(sweep.axes, cell));
-  const std::vector<Row> rows = run_rows(sweep.base, asked, sweep.workspace, sweep.timed, "rows", progress);
+  const std::vector<Row> rows = run_rows(sweep.base, asked, sweep.workspace, sweep.timing, "rows", progress);
   cost.finish("rows");
 
   std::vector<Column> leading = columns_of(sweep.axes);
@@ -94,7 +117,8 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
     seen.records.push_back(orders_along(a, sweep.axes, table, leading.size() + 1,
                                         static_cast<std::size_t>(work - table.columns.begin())));
   }
-  seen.records.push_back(cost_table("sweep", sweep.timed, leading, rows));
+  seen.records.push_back(cost_table("sweep", sweep.timing, leading, rows));
+  if (!sweep.error.empty()) add_fronts(sweep, grid, table, seen);
   count_rows(rows, seen, progress);
   sweep.questions.answer(table, seen);
 }
@@ -108,9 +132,13 @@ engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& c
     table.fail("axes", "there are none", "a sweep changes at least one key",
                "Write for example axes = [{ key = \"fluid.relaxation_time\", values = [0.6, 1.0] }]");
   }
+  std::vector<std::string> counted;
+  for (const work::Field& field : work::fields) counted.emplace_back(field.name);
   const Sweep sweep{.base = base,
                     .axes = axes,
-                    .timed = table.flag("timed", false),
+                    .timing = read_timing(table),
+                    .error = table.has("error") ? table.choice("error", measure.measures) : "",
+                    .work = table.has("work") ? table.choice("work", counted) : "bytes_moved",
                     .questions = read_questions(checks, "sweep", columns_of(axes), measure.measures),
                     .workspace = workspace};
   measure.plan.built.push_back(

@@ -61,20 +61,26 @@ Record table_of(std::string name, std::string title, std::vector<Column> leading
   return table;
 }
 
-Record cost_table(const std::string& name, bool timed, std::vector<Column> leading,
+Record cost_table(const std::string& name, const Timing& timing, std::vector<Column> leading,
                   const std::vector<Row>& rows) {
-  Record table{name + "_cost",
-               fmt::format("What each row cost; rows ran {}", timed ? "one after another" : "side by side"),
-               std::move(leading)};
-  Column wall{"wall_seconds", "", "s", "of the run, without the start of its program", {}};
-  Column cpu{"cpu_seconds", "", "s", "of all threads", {}};
+  Record table{
+      name + "_cost",
+      fmt::format("What each row cost; rows ran {}", timing.timed ? "one after another" : "side by side"),
+      std::move(leading)};
+  const char* of_repeats = timing.repeats > 0 ? ", median of repeats after a first run" : "";
+  Column wall{"wall_seconds", "", "s", fmt::format("without the start of the program{}", of_repeats), {}};
+  Column least{"min_wall_seconds", "", "s", "of the fastest repeat", {}};
+  Column most{"max_wall_seconds", "", "s", "of the slowest repeat", {}};
+  Column cpu{"cpu_seconds", "", "s", fmt::format("of all threads{}", of_repeats), {}};
   Column memory{"peak_memory_bytes", "", "byte", "largest memory of the program", {}};
   for (const Row& row : rows) {
     wall.values.push_back(row.wall_seconds);
+    least.values.push_back(row.min_wall_seconds);
+    most.values.push_back(row.max_wall_seconds);
     cpu.values.push_back(row.cpu_seconds);
     memory.values.push_back(row.peak_memory_bytes);
   }
-  for (Column* column : {&wall, &cpu, &memory}) table.columns.push_back(std::move(*column));
+  for (Column* column : {&wall, &least, &most, &cpu, &memory}) table.columns.push_back(std::move(*column));
   return table;
 }
 

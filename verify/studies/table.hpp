@@ -14,8 +14,8 @@ observe::Record table_of(std::string name, std::string title, std::vector<observ
 
 /// Record `<name>_cost`: wall and processor time and memory of each row. Times never enter a check, so they
 /// stand in a table of their own.
-observe::Record cost_table(const std::string& name, bool timed, std::vector<observe::Column> leading,
-                           const std::vector<Row>& rows);
+observe::Record cost_table(const std::string& name, const Timing& timing,
+                           std::vector<observe::Column> leading, const std::vector<Row>& rows);
 
 /// What the checks of a case ask of its study.
 struct Questions {

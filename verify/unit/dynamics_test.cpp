@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "bond/derive.hpp"
 #include "catch.hpp"
+#include "solid/implicit_midpoint.hpp"
 #include "solid/leapfrog.hpp"
 #include "solid/modes.hpp"
 
@@ -99,6 +100,83 @@ TEST_CASE("A harmonic pair swings with the frequency of the leap-frog scheme to 
     motion.step();
     CHECK(std::abs(motion.displacement()(1, 2) - 0.05 * std::cos(omega * step * dt)) < 1e-12);
   }
+}
+
+TEST_CASE(
+    "The implicit midpoint rule swings a harmonic pair with tan(w' dt/2) = w dt/2, however long its step") {
+  const Network network = cubic_lattice({{1, 1, 2}, 1.0});
+  Positions u = zero(network);
+  u(1, 2) = 0.01;
+  u(0, 2) = -0.01;
+  const double omega = std::sqrt(2.0 * 0.26);
+  FixedDofs along = FixedDofs::Constant(2, 3, true);  // a pair that is pressed turns aside in a long step
+  along.col(2).setConstant(false);
+  for (const double dt : {0.1, 1.0, 10.0, 1000.0}) {
+    ImplicitMidpoint motion({bond::Harmonic{0.26, 1.0}, 0.0}, network, 1.0, along, {}, dt, u, zero(network));
+    const double turn = 2.0 * std::atan(0.5 * omega * dt);
+    for (int step = 1; step <= 50; ++step) {
+      motion.step();
+      CHECK(motion.displacement()(1, 2) == Approx(0.01 * std::cos(turn * step)).margin(1e-13));
+    }
+  }
+}
+
+TEST_CASE("The implicit midpoint rule keeps momentum, finds its way back, and is of second order in energy") {
+  for (const Material& material : {glsm, glnsm}) {
+    const Network network = bar(3, 3, 4);
+    const Positions u = noise(network, 0.02), v = noise(network, 0.02);
+    const double total = v.sum();
+    const auto energy_of = [&](const ImplicitMidpoint& motion) {
+      Leapfrog same(material, network, {}, 1.0, {}, motion.displacement(), motion.velocity());
+      return same.potential_energy() + 0.5 * motion.velocity().squaredNorm();
+    };
+    std::vector<double> drift;
+    for (const double dt : {0.5, 0.25}) {
+      ImplicitMidpoint there(material, network, 1.0, {}, {}, dt, u, v);
+      const double before = energy_of(there);
+      double worst = 0.0;
+      while (there.time() < 20.0) {
+        there.step();
+        worst = std::max(worst, std::abs(energy_of(there) - before));
+      }
+      drift.push_back(worst);
+      CHECK(there.velocity().sum() == Approx(total).margin(1e-13));
+      ImplicitMidpoint back(material, network, 1.0, {}, {}, dt, there.displacement(), -there.velocity());
+      while (back.time() < 20.0) back.step();
+      CHECK((back.displacement() - u).cwiseAbs().maxCoeff() < 1e-11);
+    }
+    CHECK(drift[0] / drift[1] == Approx(4.0).epsilon(0.15));
+  }
+}
+
+TEST_CASE("A loaded, clamped body that the implicit rule damps by nothing swings about its equilibrium") {
+  const Network network = cubic_lattice({{1, 1, 2}, 1.0});
+  FixedDofs fixed = nothing_held(network);
+  fixed.row(0).setConstant(true);
+  fixed.row(1) << true, true, false;
+  Positions load = zero(network);
+  load(1, 2) = 0.0026;
+  ImplicitMidpoint motion({bond::Harmonic{0.26, 1.0}, 0.0}, network, 1.0, fixed, load, 0.5, zero(network),
+                          zero(network));
+  double least = 0.0, most = 0.0;
+  for (int step = 0; step < 200; ++step) {
+    motion.step();
+    least = std::min(least, motion.displacement()(1, 2));
+    most = std::max(most, motion.displacement()(1, 2));
+  }
+  CHECK(least == Approx(0.0).margin(1e-14));
+  CHECK(most == Approx(0.02).epsilon(1e-3));
+  CHECK(motion.displacement().row(0).isZero(0.0));
+}
+
+TEST_CASE("A step over a bond's limit is refused with the step, and nothing has moved") {
+  const Network network = cubic_lattice({{1, 1, 2}, 1.0});
+  Positions v = zero(network);
+  v(1, 2) = 100.0;
+  ImplicitMidpoint motion({paper_fene, 0.0}, network, 1.0, {}, {}, 10.0, zero(network), v);
+  CHECK_THROWS_WITH(motion.step(), ContainsSubstring("step 1: "));
+  CHECK(motion.displacement().isZero(0.0));
+  CHECK(motion.steps() == 0);
 }
 
 TEST_CASE("Momentum stays what it was when nothing holds the body") {

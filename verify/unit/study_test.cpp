@@ -7,6 +7,7 @@
 #include "engine/asked.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "studies/front.hpp"
 #include "studies/grid.hpp"
 #include "studies/numbers.hpp"
 #include "unit/command.hpp"
@@ -106,6 +107,13 @@ TEST_CASE("Numbers of a table are those of its definition") {
                   "\"a.factor\" = 1 }") == Approx(3.0));
 }
 
+TEST_CASE("A number of a study is called by all that it asks") {
+  CHECK(asked("metric = \"e\"\nof = \"order\"\nalong = \"a.n\"\nwhere = { \"a.f\" = 1 }").name() ==
+        "order(e) along a.n at a.f = 1");
+  CHECK(asked("metric = \"e\"\nof = \"ratio\"\nwhere = { a = 1, b = 2 }\nover = { a = 3 }").name() ==
+        "ratio(e) at a = 1, b = 2 over a = 3");
+}
+
 TEST_CASE("What a table does not give is said, never guessed") {
   CHECK_THROWS_WITH(number_of("metric = \"error\""), ContainsSubstring("6 rows are meant"));
   CHECK_THROWS_WITH(number_of("metric = \"error\"\nof = \"order\"\nalong = \"a.n\""),
@@ -134,6 +142,79 @@ TEST_CASE("A check that asks a study for what it cannot have is refused at its p
   CHECK(ran_it.code == 2);
   CHECK_THAT(ran_it.err,
              ContainsSubstring("bar.toml:") && ContainsSubstring("Did you mean 'young_modulus'?"));
+}
+
+TEST_CASE("The front has the rows that no other beats, by rising work") {
+  //                      beaten by 1    the cheapest   alike          did not end    the best
+  const std::vector<Priced> rows{{0.5, 2.0}, {0.5, 1.0},  {0.1, 3.0}, {0.1, 3.0},
+                                 {NAN, 0.0}, {0.01, 9.0}, {0.2, 9.0}};
+  CHECK(front(rows) == std::vector<std::size_t>{1, 2, 5});
+  CHECK(front({}).empty());
+  CHECK(front({{NAN, 1.0}, {INFINITY, 1.0}}).empty());
+  CHECK(front({{1.0, 5.0}, {0.5, 5.0}}) == std::vector<std::size_t>{1});
+}
+
+TEST_CASE("Each value is the cheapest for the errors that the front says, and costs more elsewhere") {
+  // Two storages: the coarse one has half the work, and does not come below an error of 0.04.
+  PricedGrid grid{
+      axes_of("axes = [{ key = \"s\", values = [\"float\", \"double\"] }, { key = \"n\", values = "
+              "[1, 10, 100] }]"),
+      {},
+      {{0.5, 1.0}, {0.05, 10.0}, {0.04, 100.0}, {0.5, 2.0}, {0.05, 20.0}, {0.005, 200.0}},
+      {"error", "", "1", "", {}},
+      {"work", "", "1", "", {}}};
+  grid.cells = cells(grid.axes);
+  const std::vector<observe::Record> records = front_records("sweep", grid);
+  REQUIRE(records.size() == 3);
+  CHECK(records[0].find("s")->texts == std::vector<std::string>{"float", "float", "float", "double"});
+
+  const observe::Record& settings = records[1];
+  CHECK(settings.find("value")->texts == std::vector<std::string>{"float", "double", "1", "10", "100"});
+  CHECK(settings.find("cheapest_from")->values == std::vector<double>{0.04, 0.005, 0.5, 0.05, 0.005});
+  CHECK(settings.find("cheapest_below")->values[0] == INFINITY);
+  CHECK(settings.find("cheapest_below")->values[1] == 0.04);
+  CHECK(settings.find("work_over_cheapest")->values == std::vector<double>{1.0, 1.0, 1.0, 1.0, 1.0});
+
+  const observe::Record& reached = records[2];
+  CHECK(reached.find("asked")->values[0] == 0.1);
+  CHECK(reached.find("work")->values[0] == 10.0);
+  CHECK(reached.find("next_step")->texts[0] == "n = 100");
+  CHECK(reached.find("next_error")->values[0] == 0.04);
+  CHECK(reached.find("asked")->values[1] == 0.01);
+  CHECK(reached.find("next_step")->texts[1] == "nothing on this grid");
+  CHECK(reached.columns.front().size() == 2);
+}
+
+TEST_CASE("A value that is never the cheapest says how much it costs at best") {
+  PricedGrid grid{axes_of("axes = [{ key = \"k\", values = [1, 2] }]"),
+                  {{0}, {1}},
+                  {{0.1, 1.0}, {0.1, 3.0}},
+                  {"error", "", "1", "", {}},
+                  {"work", "", "1", "", {}}};
+  const observe::Record settings = front_records("sweep", grid)[1];
+  CHECK(std::isnan(settings.find("cheapest_from")->values[1]));
+  CHECK(settings.find("work_over_cheapest")->values[1] == 3.0);
+}
+
+TEST_CASE("A sweep that is asked for an error has its front, and timed rows have repeats") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  const Ran ran_it =
+      ran(folder,
+          "sweep bar.toml --over solid.nodes='[3, 3, 6],[3, 3, 9]' --error young_modulus --timed "
+          "--repeats 2 --json --out out");
+  REQUIRE(ran_it.code == 0);
+  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  CHECK(file.numbers("/records/sweep_front/bytes_moved").size() >= 1);
+  CHECK(file.numbers("/records/sweep_cost_front/wall_seconds").size() >= 1);
+  const std::vector<double> least = file.numbers("/records/sweep_cost/min_wall_seconds");
+  const std::vector<double> middle = file.numbers("/records/sweep_cost/wall_seconds");
+  CHECK(least[0] > 0.0);
+  CHECK(middle[0] >= least[0]);
+  CHECK_THAT(ran(folder, "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --repeats 2 --out out").err,
+             ContainsSubstring("the rows are not timed"));
+  CHECK_THAT(ran(folder, "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --error young --out out").err,
+             ContainsSubstring("young_modulus"));
 }
 
 TEST_CASE("A sweep of the command line has a row per run, also of one that fails, and keeps them") {

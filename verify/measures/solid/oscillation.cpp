@@ -1,15 +1,18 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
 #include <numbers>
 
+#include "base/error.hpp"
+#include "base/named.hpp"
 #include "base/quadrature.hpp"
 #include "base/root.hpp"
 #include "bond/derive.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
+#include "solid/implicit_midpoint.hpp"
 #include "solid/leapfrog.hpp"
 
 namespace veriflex::measures {
@@ -17,19 +20,28 @@ namespace veriflex::measures {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 constexpr double max_steps = 1e9;  // of a run
 
-struct OscillationStudy {
+enum class Integrator { LeapFrog, ImplicitMidpoint };
+
+constexpr std::array integrators{
+    Named<Integrator>{Integrator::LeapFrog, "leap-frog", "leap_frog", "leap-frog"},
+    Named<Integrator>{Integrator::ImplicitMidpoint, "implicit-midpoint", "implicit_midpoint",
+                      "the implicit midpoint rule, by Newton's method"}};
+
+struct Oscillation {
   bond::AnyLaw law;
   double rest_length;
-  double exact = 0.0;                  // period  [T]
-  std::int64_t nodes;                  // 2: a pair; more: the first mode of a free chain of harmonic bonds
-  double strain;                       // of the (first) bond at the start
-  std::vector<std::int64_t> steps;     // per period, rising
-  std::vector<std::int64_t> substeps;  // of an outer step of 1, as in a coupled run, rising; may be empty
-  int periods;                         // over which the period is measured
+  double exact = 0.0;  // period  [T]
+  std::int64_t nodes;  // 2: a pair; more: the first mode of a free chain of harmonic bonds
+  double strain;       // of the (first) bond at the start
+  Integrator integrator;
+  double time_step = 0.0;  // [T]
+  int substeps;            // of a step
+  int periods;             // over which the period is measured
+
+  double substep() const { return time_step / substeps; }
 };
 
 // Integral of f from 0 to `way`, smooth piece by smooth piece between the breaks.
@@ -92,7 +104,7 @@ double turning_point(const Pair& pair, double start) {
 // The period of a pair of unit masses let go at rest at this strain: 2 integral dr / sqrt(2 (E - U)/mu)
 // between the turning points, mu = 1/2, with r = centre + half sin(phi), which takes the square-root ends
 // away. E - U is the tension's integral from the nearer end, so that nothing cancels at small strains.
-double pair_period(const OscillationStudy& study) {
+double pair_period(const Oscillation& study) {
   const bond::Derivation derivation = bond::derive(study.law);
   Pair pair{study.law, study.rest_length, {}};
   for (const bond::Kink& kink : derivation.kinks) pair.kinks.push_back(kink.length - pair.rest);
@@ -122,7 +134,7 @@ double pair_period(const OscillationStudy& study) {
   return 2.0 * (quarter(start, inwards) + quarter(turn, -inwards));
 }
 
-double exact_period(const OscillationStudy& study) {
+double exact_period(const Oscillation& study) {
   if (study.nodes == 2) return pair_period(study);
   const double k = bond::stiffness(study.law, study.rest_length);
   return std::numbers::pi /
@@ -130,7 +142,7 @@ double exact_period(const OscillationStudy& study) {
 }
 
 // Shape of the motion along the axis: for a pair the change of length, for a chain its first mode.
-Eigen::VectorXd shape_of(const OscillationStudy& study) {
+Eigen::VectorXd shape_of(const Oscillation& study) {
   Eigen::VectorXd shape(study.nodes);
   for (Eigen::Index i = 0; i < shape.size(); ++i) {
     shape[i] =
@@ -155,29 +167,21 @@ double passage_between(const Sample& before, const Sample& after) {
   return before.time + dt * bracketed_root(amount_at, 0.0, 1.0);
 }
 
-// Mean period over `periods` upward passages through rest, by leap-frog with steps of dt, each of `substeps`.
-double measured_period(const OscillationStudy& study, double exact, double dt, int substeps) {
-  const solid::Network network = solid::cubic_lattice({{1, 1, study.nodes}, study.rest_length});
-  const Eigen::VectorXd shape = shape_of(study);
-  Positions u = Positions::Zero(study.nodes, 3);
-  u.col(2) = study.strain * study.rest_length * shape;
-  solid::Leapfrog motion({study.law, 0.0}, network, {}, dt, {substeps, 0.0}, u,
-                         Positions::Zero(study.nodes, 3));
-  // Velocities are known half a sub-step before.
+// Mean period over `periods` upward passages through rest of a motion from rest.
+template <class Motion>
+double measured_period(const Oscillation& study, const Eigen::VectorXd& shape, Motion motion) {
   const auto sample = [&] {
     return Sample{motion.time(), shape.dot(motion.displacement().col(2)),
-                  shape.dot(motion.half_velocity().col(2))};
+                  shape.dot(motion.velocity().col(2))};
   };
   Sample before = sample();
   double first = -1.0;
   int passages = 0;
-  while (motion.time() < 2.0 * (study.periods + 2) * exact) {
+  while (motion.time() < 2.0 * (study.periods + 2) * study.exact) {
     motion.step();
     const Sample now = sample();
     if (before.amount < 0.0 && now.amount >= 0.0) {
-      const double to_step = 0.5 * (now.rate - before.rate) / substeps;
-      const double passage = passage_between({before.time, before.amount, before.rate + to_step},
-                                             {now.time, now.amount, now.rate + to_step});
+      const double passage = passage_between(before, now);
       if (passages == 0) first = passage;
       if (passages == study.periods) return (passage - first) / study.periods;
       ++passages;
@@ -185,70 +189,64 @@ double measured_period(const OscillationStudy& study, double exact, double dt, i
     before = now;
   }
   throw NumericalFailure(
-      fmt::format("steps of {}: the motion passes through rest only {} times in {} periods", dt / substeps,
-                  passages, 2 * (study.periods + 2)));
+      fmt::format("steps of {}: the motion passes through rest only {} times in {} periods", study.substep(),
+                  passages, 2 * (study.periods + 2)),
+      FailureMode::TimeStep);
 }
 
-// Order of convergence from the last two rows of a record.
-double last_order(const Record& record) {
-  const std::vector<double>& steps = record.find("steps_per_period")->values;
-  const std::vector<double>& error = record.find("error")->values;
-  const std::size_t n = error.size();
-  return std::log(error[n - 2] / error[n - 1]) / std::log(steps[n - 1] / steps[n - 2]);
+double measured_period(const Oscillation& study) {
+  const solid::Network network = solid::cubic_lattice({{1, 1, study.nodes}, study.rest_length});
+  const solid::Material material{study.law, 0.0};
+  const Eigen::VectorXd shape = shape_of(study);
+  const Positions rest = Positions::Zero(study.nodes, 3);
+  Positions u = rest;
+  u.col(2) = study.strain * study.rest_length * shape;
+  if (study.integrator == Integrator::ImplicitMidpoint) {
+    return measured_period(study, shape,
+                           solid::ImplicitMidpoint(material, network, 1.0, {}, {}, study.time_step, u, rest));
+  }
+  return measured_period(
+      study, shape, solid::Leapfrog(material, network, {}, study.time_step, {study.substeps, 0.0}, u, rest));
 }
 
-void run(const OscillationStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  const double exact = study.exact;
+void run(const Oscillation& study, Observations& seen) {
   const double k = bond::stiffness(study.law, study.rest_length);
   const double limit = 2.0 / std::sqrt(study.nodes == 2 ? 2.0 * k : 4.0 * k);
-  const std::vector<observe::Column> columns{
-      {"steps_per_period", "", "1", "leap-frog (sub-)steps per exact period", {}},
-      {"period", "T", "T", "mean over the measured periods", {}},
-      {"error", "", "1", "relative departure from the exact period", {}},
-      {"dt_over_limit", "", "1", "(sub-)step over the linear limit 2/omega_max at rest", {}}};
-  // Row by row, so that a run that ends early keeps what it has measured.
-  const std::size_t first = seen.records.size();
-  seen.records.push_back({"work_precision", "Error of the period against the work done", columns});
-  if (!study.substeps.empty()) {
-    seen.records.push_back({"substeps", "Error of the period with sub-steps of an outer step of 1", columns});
-    seen.records.back().columns.insert(seen.records.back().columns.begin(),
-                                       {"substeps", "", "1", "of an outer step of 1", {}});
-  }
-  Record& plain = seen.records[first];
-  Record& divided = seen.records.back();
-  const std::size_t rows = study.steps.size() + study.substeps.size();
-  // The run time of row i is that of the phase <record>/i.
-  for (std::size_t i = 0; i < study.steps.size(); ++i) {
-    progress.show("sweep", i, rows);
-    const auto steps = static_cast<double>(study.steps[i]);
-    const double period = measured_period(study, exact, exact / steps, 1);
-    plain.append({steps, period, std::abs(period / exact - 1.0), exact / steps / limit});
-    cost.finish(fmt::format("work_precision/{}", i));
-  }
-  for (std::size_t i = 0; i < study.substeps.size(); ++i) {
-    progress.show("sweep", study.steps.size() + i, rows);
-    const auto substeps = static_cast<double>(study.substeps[i]);
-    const double period = measured_period(study, exact, 1.0, static_cast<int>(study.substeps[i]));
-    divided.append(
-        {substeps, exact * substeps, period, std::abs(period / exact - 1.0), 1.0 / substeps / limit});
-    cost.finish(fmt::format("substeps/{}", i));
-  }
-  seen.metrics = {{"exact_period", exact, "T",
+  seen.metrics = {{"exact_period", study.exact, "T",
                    study.nodes == 2 ? "quadrature between the turning points (GSL)"
                                     : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode"},
-                  {"period_error", plain.find("error")->values.back(), "1", "of the finest step"},
-                  {"order", last_order(plain), "1", "order in the step, last two rows"},
-                  {"dt_over_limit", plain.find("dt_over_limit")->values.front(), "1",
-                   "coarsest time step over the linear limit 2/omega_max at rest"},
-                  {"period_over_harmonic", exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi), "1",
-                   "exact period over that of a harmonic pair of the same stiffness"}};
-  if (study.nodes != 2) seen.metrics.pop_back();
-  if (!study.substeps.empty()) {
-    seen.metrics.push_back(
-        {"substep_error", divided.find("error")->values.back(), "1", "with the most sub-steps"});
-    seen.metrics.push_back(
-        {"substep_order", last_order(divided), "1", "order in the sub-step, last two rows"});
+                  {"substeps_per_period", study.exact / study.substep(), "1", "(sub-)steps per exact period"},
+                  {"dt_over_limit", study.substep() / limit, "1",
+                   "(sub-)step over leap-frog's linear limit 2/omega_max at rest"}};
+  if (study.nodes == 2) {
+    seen.metrics.push_back({"period_over_harmonic",
+                            study.exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi), "1",
+                            "exact period over that of a harmonic pair of the same stiffness"});
   }
+  const double period = measured_period(study);
+  seen.metrics.push_back({"period", period, "T", "mean over the measured periods"});
+  seen.metrics.push_back({"period_error", std::abs(period / study.exact - 1.0), "1",
+                          "relative departure from the exact period"});
+}
+
+// The step, given as a length or as a part of the exact period.
+double read_time_step(const io::Table& t, double exact) {
+  if (t.has("time_step") == t.has("steps_per_period")) {
+    t.fail("steps_per_period", "both 'steps_per_period' and 'time_step' stand here, or neither does",
+           "each gives the step", "Give one of them");
+  }
+  if (t.has("steps_per_period")) {
+    const double steps = t.number("steps_per_period");
+    if (!(steps >= 1.0 && steps <= 1e6)) {
+      t.fail("steps_per_period", fmt::format("it is {}", steps), "a period has from 1 to 1000000 steps",
+             "Use about 100");
+    }
+    return exact / steps;
+  }
+  const double step = t.number("time_step");
+  if (!(step > 0.0))
+    t.fail("time_step", fmt::format("it is {}", step), "a step is positive", "Use for example 1.0");
+  return step;
 }
 
 }  // namespace
@@ -265,13 +263,16 @@ engine::Study read_oscillation(const io::Table& top) {
     top.table("solid").fail("shape", "the oscillation driver moves a pair, or a chain of harmonic bonds",
                             "only these have an exact period", "Use shape = \"pair\"");
   }
-  OscillationStudy study{.law = law,
-                         .rest_length = derivation.rest_length,
-                         .nodes = block->nodes[2],
-                         .strain = t.number("strain"),
-                         .steps = t.integers("steps_per_period"),
-                         .substeps = t.has("substeps") ? t.integers("substeps") : std::vector<std::int64_t>{},
-                         .periods = static_cast<int>(t.integer("periods", 1, 10000))};
+  Oscillation study{
+      .law = law,
+      .rest_length = derivation.rest_length,
+      .nodes = block->nodes[2],
+      .strain = t.number("strain"),
+      .integrator = t.has("integrator")
+                        ? row_named(integrators, t.choice("integrator", names_of(integrators))).value
+                        : Integrator::LeapFrog,
+      .substeps = t.has("substeps") ? static_cast<int>(t.integer("substeps", 1, 1'000'000)) : 1,
+      .periods = static_cast<int>(t.integer("periods", 1, 10000))};
   if (study.strain == 0.0 || !bond::domain(law).contains(derivation.rest_length * (1.0 + study.strain))) {
     t.fail("strain", fmt::format("'strain' is {}", study.strain),
            "it must be nonzero and inside the law's domain", "Use about 0.1");
@@ -285,46 +286,35 @@ engine::Study read_oscillation(const io::Table& top) {
                study.nodes),
            "Use a smaller strain");
   }
-  if (study.steps.size() < 2 || study.steps.front() < 4 || study.steps.back() > 1'000'000) {
-    t.fail("steps_per_period", "fewer than two rows, or a number outside 4 to 1000000",
-           "an order needs two, leap-frog more than pi", "Give for example [20, 40, 80]");
+  if (study.substeps > 1 && study.integrator != Integrator::LeapFrog) {
+    t.fail("substeps", fmt::format("'substeps' is {}", study.substeps),
+           "only leap-frog divides its steps here", "Use more steps");
   }
-  const bool one_row = study.substeps.size() == 1;
-  const bool out_of_range =
-      !study.substeps.empty() && (study.substeps.front() < 1 || study.substeps.back() > 1'000'000);
-  if (one_row || out_of_range) {
-    t.fail("substeps", "fewer than two rows, or a number outside 1 to 1000000",
-           "an order needs two; an outer step of 1 is divided", "Give for example [1, 2, 4, 8]");
-  }
-  const auto need_rising = [&](const std::string& key, const std::vector<std::int64_t>& values) {
-    if (std::adjacent_find(values.begin(), values.end(), std::greater_equal<>{}) != values.end())
-      t.fail(key, "they do not rise", "the order is taken between neighbours", "Sort them");
-  };
-  need_rising("steps_per_period", study.steps);
-  need_rising("substeps", study.substeps);
   try {
     study.exact = exact_period(study);
   } catch (const NumericalFailure& failure) {
     t.fail("strain", "the motion has no period", failure.what(), "Use a smaller strain");
   }
-  const auto refuse_endless = [&](const char* key, double steps) {
-    if (steps * study.periods <= max_steps) return;
-    t.fail(key, fmt::format("{} periods take {:.3g} steps", study.periods, steps * study.periods),
-           fmt::format("a period lasts {:.6g}; {:.0e} steps are the limit", study.exact, max_steps),
+  study.time_step = read_time_step(t, study.exact);
+  const double steps = study.periods * study.exact / study.substep();
+  if (!(steps <= max_steps)) {
+    t.fail("periods", fmt::format("{} periods take {:.3g} (sub-)steps", study.periods, steps),
+           fmt::format("a period lasts {:.6g}; {:.0e} of them are the limit", study.exact, max_steps),
            "Use fewer steps or periods, or another unit of time");
-  };
-  refuse_endless("steps_per_period", static_cast<double>(study.steps.back()));
-  if (!study.substeps.empty())
-    refuse_endless("substeps", study.exact * static_cast<double>(study.substeps.back()));
-  return {.plan = engine::read_plan(
-              top,
-              {.law = law, .solid = solid, .method = "leap-frog, from rest", .moves = true, .is_free = true}),
-          .measures = {"exact_period", "period_error", "order", "dt_over_limit", "period_over_harmonic",
-                       "substep_error", "substep_order", "work_precision.steps_per_period",
-                       "work_precision.period", "work_precision.error", "substeps.substeps",
-                       "substeps.period", "substeps.error"},
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
+  }
+  const Named<Integrator>& integrator = row_of(integrators, study.integrator);
+  std::vector<std::string> measures{"exact_period", "substeps_per_period", "dt_over_limit", "period",
+                                    "period_error"};
+  if (study.nodes == 2) measures.push_back("period_over_harmonic");
+  return {.plan = engine::read_plan(top, {.law = law,
+                                          .solid = solid,
+                                          .method = fmt::format("{}, from rest", integrator.text),
+                                          .moves = true,
+                                          .is_free = true}),
+          .measures = measures,
+          .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
+            run(study, seen);
+            cost.finish("motion");
           }};
 }
 
