@@ -97,7 +97,7 @@ def sweep(result, record, key):
 def sweep_cost(result, record, key):
     """Errors against run time, where rows ran one after another."""
     table = result.records.get("sweep")
-    if table is None or "one after another" not in record.title:
+    if table is None or "one after another" not in record.title or "sweep_cost_front" in result.records:
         return None
     axes, metrics, _ = parts(table)
     along = [name for name in axes if is_number(table, name) and len(set(table[name])) > 1]
@@ -236,7 +236,7 @@ def answers(results, wanted=(1e-2, 1e-3, 1e-4)):
 
 
 def never_worth(results):
-    """Rows (result, axis, values) of settings that are the cheapest for no error."""
+    """Rows (result, axis, settings) of values that are the cheapest for no error."""
     rows = []
     for result, record in families(results):
         table = result.records.get(record.name.replace("_front", "_settings"))
@@ -249,7 +249,7 @@ def never_worth(results):
                 if a == axis and np.isnan(start) and np.isfinite(over)
             ]
             if never:
-                rows.append({"result": result, "axis": axis, "values": ", ".join(never)})
+                rows.append({"result": result, "axis": axis, "settings": ", ".join(never)})
     return rows
 
 

@@ -137,7 +137,9 @@ Record reached_record(const std::string& name, const PricedGrid& grid, const Row
     next_error.values.push_back(next.error);
     next_work.values.push_back(next.work);
   }
-  Record record{name + "_reached", "The cheapest setting for an error that is asked for", {asked}};
+  Record record{name + "_reached",
+                fmt::format("The cheapest setting by {} for an error that is asked for", grid.work.name),
+                {asked}};
   record.columns.insert(record.columns.end(), leading.begin(), leading.end());
   record.columns.insert(record.columns.end(), {error, work, step, next_error, next_work});
   return record;

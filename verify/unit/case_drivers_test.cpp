@@ -172,6 +172,18 @@ TEST_CASE("The exact period of a pair keeps its digits at any strain, across kin
   CHECK(over_harmonic(fene, 0.3) > 1.05);
 }
 
+TEST_CASE("A step beyond the linear limit is an unstable step, not a period") {
+  const std::string ten =
+      "[solid]\nshape = \"chain\"\nnodes = 10\n[oscillation]\nstrain = 1e-3\nperiods = 5\n";
+  CHECK_THROWS_WITH(measured(measures::read_oscillation, harmonic + ten + "steps_per_period = 15", "period"),
+                    ContainsSubstring("are unstable"));
+  CHECK(measured(measures::read_oscillation, harmonic + ten + "steps_per_period = 40", "period_error") <
+        2e-3);
+  CHECK(measured(measures::read_oscillation,
+                 harmonic + ten + "steps_per_period = 15\nintegrator = \"implicit-midpoint\"",
+                 "period_error") < 2e-2);
+}
+
 TEST_CASE("A pair that does not come back has no period") {
   refuses(measures::read_oscillation, pair_of(harmonic, 1.0),
           "a pair let go at a strain of 1 does not come back");

@@ -22,6 +22,7 @@ namespace {
 using observe::Observations;
 
 constexpr double max_steps = 1e9;  // of a run
+constexpr double grown = 100.0;    // times the start, which no bounded motion reaches
 
 enum class Integrator { LeapFrog, ImplicitMidpoint };
 
@@ -174,12 +175,20 @@ double measured_period(const Oscillation& study, const Eigen::VectorXd& shape, M
     return Sample{motion.time(), shape.dot(motion.displacement().col(2)),
                   shape.dot(motion.velocity().col(2))};
   };
-  Sample before = sample();
+  const Sample start = sample();
+  Sample before = start;
   double first = -1.0;
   int passages = 0;
   while (motion.time() < 2.0 * (study.periods + 2) * study.exact) {
     motion.step();
     const Sample now = sample();
+    if (!(std::abs(now.amount) < grown * std::abs(start.amount))) {
+      throw NumericalFailure(
+          fmt::format("step {}: the motion has grown to {} times its start: steps of {} are "
+                      "unstable",
+                      motion.steps(), grown, study.substep()),
+          FailureMode::TimeStep);
+    }
     if (before.amount < 0.0 && now.amount >= 0.0) {
       const double passage = passage_between(before, now);
       if (passages == 0) first = passage;
