@@ -1,4 +1,4 @@
-# Three commands: `make verify` (verdicts and a report), `make test` (unit tests and the quick tier), `make bench` (what
+# Three commands: `make verify` (verdicts and a report; TIER=full for the long cases), `make test` (unit tests and the quick tier), `make bench` (what
 # the hot loops cost on this machine, as JSON in build/bench; no verdict; BOX=64x416x400 STORAGE=float measures that fluid
 # alone).
 # Everything else is CMake's: cmake --preset release, ctest --preset quick, ...
@@ -6,7 +6,7 @@
 .PHONY: verify test bench build deps clean
 
 verify: build
-	@cmake --build --preset release --target verify
+	@scripts/verify build/release $(TIER)
 
 test: build
 	@ctest --preset test

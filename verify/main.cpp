@@ -12,6 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/say.hpp"
+#include "advise_command.hpp"
 #include "case_commands.hpp"
 #include "claims_command.hpp"
 #include "contract_commands.hpp"
@@ -75,6 +76,7 @@ int run(int argc, char** argv) {
   int code = exit_code::success;
   veriflex::add_case_commands(app, code);
   veriflex::add_study_commands(app, code);
+  veriflex::add_advise_command(app, code);
   veriflex::add_claims_command(app, code);
   veriflex::add_contract_commands(app, code);
   veriflex::add_derive_command(app);

@@ -29,7 +29,7 @@ struct StudyOptions : Options {
   std::string along, criterion, error, work, shard_text;
   int points = 5;
   double accuracy = 0.01;
-  bool logarithmic = false, whole_numbers = false, timed = false;
+  bool logarithmic = false, whole_numbers = false, timed = false, against_finest = false;
 };
 
 [[noreturn]] void refuse(const std::string& given, const std::string& why, const std::string& suggestion) {
@@ -99,6 +99,7 @@ std::string timing_text(const StudyOptions& o) {
 std::string sweep_text(const StudyOptions& o) {
   std::string text = fmt::format("{}, {}", axes_text(o.over), timing_text(o));
   if (!o.error.empty()) text += ", error = " + io::toml_text(o.error);
+  if (o.against_finest) text += ", reference = \"finest\"";
   if (!o.work.empty()) text += ", work = " + io::toml_text(o.work);
   return text;
 }
@@ -223,6 +224,8 @@ void add_study_commands(CLI::App& app, int& exit_code) {
   add_axes(*sweep, *o);
   sweep->get_option("--over")->required();
   sweep->add_option("--error", o->error, "the metric that is an error: which settings are worth their work");
+  sweep->add_flag("--against-finest", o->against_finest,
+                  "with --error: the metric is no error, but its distance from the last row is");
   sweep->add_option("--work", o->work, "with --error: what counts as work (default: bytes_moved)");
   sweep->footer(
       "Example: veriflex sweep tensile-fene-lj --over 'solid.nodes=[3, 3, 6],[3, 3, 12],[3, 3, 24]'");

@@ -221,17 +221,17 @@ Hdf5File::~Hdf5File() { H5Fclose(file_); }
 
 namespace {
 
-// What read(attribute, space) makes of an attribute of one value of that class.
+// What read(attribute, space) makes of an attribute of one value of that class, or of a list of them.
 template <class Read>
 auto read_attribute(const std::string& file_name, hid_t file, const std::string& path,
-                    const std::string& name, H5T_class_t wanted, Read read) {
+                    const std::string& name, H5T_class_t wanted, bool is_list, Read read) {
   return reading(file_name, fmt::format("attribute '{}' of {}", name, path), [&] {
     const Handle object(H5Oopen(file, path.c_str(), H5P_DEFAULT), H5Oclose, path);
     const Handle attribute(H5Aopen(object, name.c_str(), H5P_DEFAULT), H5Aclose, name);
     const Handle space(H5Aget_space(attribute), H5Sclose, name);
     const Handle stored(H5Aget_type(attribute), H5Tclose, name);
     require_type(stored, wanted);
-    if (size_of(space) != 1) throw std::runtime_error("not one value");
+    if (!is_list && size_of(space) != 1) throw std::runtime_error("not one value");
     return read(attribute, space);
   });
 }
@@ -239,7 +239,7 @@ auto read_attribute(const std::string& file_name, hid_t file, const std::string&
 }  // namespace
 
 std::string Hdf5File::attribute(const std::string& path, const std::string& name) const {
-  return read_attribute(name_, file_, path, name, H5T_STRING, [&](hid_t attribute, hid_t space) {
+  return read_attribute(name_, file_, path, name, H5T_STRING, false, [&](hid_t attribute, hid_t space) {
     const Handle type = utf8_text();
     std::vector<char*> raw(1, nullptr);
     check(H5Aread(attribute, type, raw.data()), name);
@@ -247,11 +247,28 @@ std::string Hdf5File::attribute(const std::string& path, const std::string& name
   });
 }
 
+std::vector<std::string> Hdf5File::attribute_texts(const std::string& path, const std::string& name) const {
+  return read_attribute(name_, file_, path, name, H5T_STRING, true, [&](hid_t attribute, hid_t space) {
+    const Handle type = utf8_text();
+    std::vector<char*> raw(size_of(space), nullptr);
+    check(H5Aread(attribute, type, raw.data()), name);
+    return taken(raw, type, space);
+  });
+}
+
 std::int64_t Hdf5File::integer(const std::string& path, const std::string& name) const {
-  return read_attribute(name_, file_, path, name, H5T_INTEGER, [&](hid_t attribute, hid_t) {
+  return read_attribute(name_, file_, path, name, H5T_INTEGER, false, [&](hid_t attribute, hid_t) {
     std::int64_t value = 0;
     check(H5Aread(attribute, H5T_NATIVE_INT64, &value), name);
     return value;
+  });
+}
+
+bool Hdf5File::holds_texts(const std::string& path) const {
+  return reading(name_, path, [&] {
+    const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose, path);
+    const Handle stored(H5Dget_type(set), H5Tclose, path);
+    return H5Tget_class(stored) == H5T_STRING;
   });
 }
 

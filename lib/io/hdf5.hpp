@@ -48,8 +48,10 @@ class Hdf5File {
 
   std::string attribute(const std::string& path, const std::string& name) const;  // a text
   std::int64_t integer(const std::string& path, const std::string& name) const;   // an attribute
+  std::vector<std::string> attribute_texts(const std::string& path, const std::string& name) const;
   std::vector<std::string> texts(const std::string& path) const;
   std::vector<double> numbers(const std::string& path) const;
+  bool holds_texts(const std::string& path) const;
 
  private:
   std::string name_;

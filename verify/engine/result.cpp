@@ -407,6 +407,21 @@ Result not_run(const std::filesystem::path& path, const std::vector<std::string>
           .cost = {}};
 }
 
+observe::Record read_record(const io::Hdf5File& file, const std::string& name) {
+  const std::string group = "/records/" + name;
+  observe::Record record{name, file.attribute(group, "title"), {}};
+  for (const std::string& column : file.attribute_texts(group, "columns")) {
+    const std::string path = group + "/" + column;
+    record.columns.push_back({column, "", file.attribute(path, "dimension"), "", {}});
+    if (file.holds_texts(path)) {
+      record.columns.back().texts = file.texts(path);
+    } else {
+      record.columns.back().values = file.numbers(path);
+    }
+  }
+  return record;
+}
+
 std::filesystem::path result_path(const Case& c, const std::filesystem::path& folder) {
   return folder / (c.name() + ".h5");
 }

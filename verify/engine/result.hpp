@@ -8,6 +8,7 @@
 #include "base/work.hpp"
 #include "engine/case.hpp"
 #include "engine/verdict.hpp"
+#include "io/hdf5.hpp"
 
 namespace veriflex::engine {
 
@@ -60,6 +61,10 @@ Result run_case(const Case& c, int threads, int repeats = 0);
 /// The result of a case that was not run: verdict `error`.
 Result not_run(const std::filesystem::path& path, const std::vector<std::string>& overrides,
                const Failure& failure, int threads);
+
+/// A record of a result file, with its columns' names, dimensions and values. Throws InputError when the file
+/// has none of that name.
+observe::Record read_record(const io::Hdf5File& file, const std::string& name);
 
 /// `<folder>/<name>.h5`.
 std::filesystem::path result_path(const Case& c, const std::filesystem::path& folder);

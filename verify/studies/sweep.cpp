@@ -68,29 +68,49 @@ struct Sweep {
   Base base;
   std::vector<Axis> axes;
   Timing timing;
-  std::string error, work;  // metric and count whose front is asked for; may be empty
+  std::string error;    // metric whose price is asked for; may be empty
+  bool against_finest;  // its error is its distance from its value in the last row, relative
+  std::string work;     // count that is the price
   Questions questions;
   Workspace workspace;
 };
 
+// Of each row.
+Column errors_of(const Sweep& sweep, const Record& table) {
+  const Column* metric = table.find(sweep.error);
+  if (metric == nullptr) {
+    throw NumericalFailure(
+        fmt::format("no row measured the number '{}', of which the error is", sweep.error));
+  }
+  if (!sweep.against_finest) return *metric;
+  Column error{"error", "", "1",
+               fmt::format("distance of {} from its value in the finest row, relative", metric->name),
+               metric->values};
+  const double finest = error.values.back();
+  if (!std::isfinite(finest) || finest == 0.0)
+    throw NumericalFailure(fmt::format("the finest row has no {} to measure errors against", metric->name));
+  for (double& value : error.values) value = std::abs(value / finest - 1.0);
+  error.values.back() = not_a_number;  // its error is not known
+  return error;
+}
+
 // What the error costs in work and, where the rows are timed, in seconds.
-void add_fronts(const Sweep& sweep, const std::vector<Cell>& grid, const Record& table, Observations& seen) {
-  const Record cost = seen.records.back();
+std::vector<Record> fronts_of(const Sweep& sweep, const std::vector<Cell>& grid, Record& table,
+                              const Record& cost) {
+  std::vector<Record> fronts;
+  const Column error = errors_of(sweep, table);
+  if (sweep.against_finest) table.columns.insert(table.columns.end() - 1, error);  // before the message
   const auto add = [&](const std::string& name, const Column& work) {
-    const Column* error = table.find(sweep.error);
-    if (error == nullptr) {
-      throw NumericalFailure(
-          fmt::format("no row measured the number '{}', which is to be its error", sweep.error));
-    }
-    PricedGrid priced{sweep.axes, grid, {}, *error, work};
+    PricedGrid priced{sweep.axes, grid, {}, error, work};
     for (std::size_t i = 0; i < grid.size(); ++i)
-      priced.rows.push_back({std::abs(error->values[i]), work.values[i]});
+      priced.rows.push_back({std::abs(error.values[i]), work.values[i]});
     priced.error.values.clear();
     priced.work.values.clear();
-    for (Record& record : front_records(name, priced)) seen.records.push_back(std::move(record));
+    for (Record& record : front_records(name, priced)) fronts.push_back(std::move(record));
   };
   add("sweep", *table.find(sweep.work));
   if (sweep.timing.timed) add("sweep_cost", *cost.find("wall_seconds"));
+  return fronts;
 }
 
 void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cost& cost) {
@@ -106,8 +126,11 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
 
   std::vector<Column> leading = columns_of(sweep.axes);
   for (const Cell& cell : grid) append(leading, sweep.axes, cell);
-  const Record table =
+  Record table =
       table_of("sweep", fmt::format("{} over {}", sweep.base.id, in_words(sweep.axes)), leading, rows);
+  const Record costs = cost_table("sweep", sweep.timing, leading, rows);
+  std::vector<Record> fronts;
+  if (!sweep.error.empty()) fronts = fronts_of(sweep, grid, table, costs);
   seen.records.push_back(table);
   for (std::size_t a = 0; a < sweep.axes.size(); ++a) {
     if (sweep.workspace.shards > 1 || spacings(sweep.axes[a].numbers).empty()) continue;
@@ -117,8 +140,8 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
     seen.records.push_back(orders_along(a, sweep.axes, table, leading.size() + 1,
                                         static_cast<std::size_t>(work - table.columns.begin())));
   }
-  seen.records.push_back(cost_table("sweep", sweep.timing, leading, rows));
-  if (!sweep.error.empty()) add_fronts(sweep, grid, table, seen);
+  seen.records.push_back(costs);
+  seen.records.insert(seen.records.end(), fronts.begin(), fronts.end());
   count_rows(rows, seen, progress);
   sweep.questions.answer(table, seen);
 }
@@ -134,13 +157,15 @@ engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& c
   }
   std::vector<std::string> counted;
   for (const work::Field& field : work::fields) counted.emplace_back(field.name);
-  const Sweep sweep{.base = base,
-                    .axes = axes,
-                    .timing = read_timing(table),
-                    .error = table.has("error") ? table.choice("error", measure.measures) : "",
-                    .work = table.has("work") ? table.choice("work", counted) : "bytes_moved",
-                    .questions = read_questions(checks, "sweep", columns_of(axes), measure.measures),
-                    .workspace = workspace};
+  const Sweep sweep{
+      .base = base,
+      .axes = axes,
+      .timing = read_timing(table),
+      .error = table.has("error") ? table.choice("error", measure.measures) : "",
+      .against_finest = table.has("reference") && table.choice("reference", {"finest"}) == "finest",
+      .work = table.has("work") ? table.choice("work", counted) : "bytes_moved",
+      .questions = read_questions(checks, "sweep", columns_of(axes), measure.measures),
+      .workspace = workspace};
   measure.plan.built.push_back(
       {"sweep", fmt::format("{} runs of the case, over {}", cells(axes).size(), in_words(axes)), 0.0});
   measure.measures = sweep.questions.measures;

@@ -211,6 +211,16 @@ TEST_CASE("A sweep that is asked for an error has its front, and timed rows have
   const std::vector<double> middle = file.numbers("/records/sweep_cost/wall_seconds");
   CHECK(least[0] > 0.0);
   CHECK(middle[0] >= least[0]);
+  // Without an exact value the last row stands for it: of 0.1, 0.2 and 0.4, a quarter and a half of the last.
+  const Ran finest = ran(folder,
+                         "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.4 --error young_modulus "
+                         "--against-finest --json --out out");
+  REQUIRE(finest.code == 0);
+  const io::Hdf5File against(folder.path() / Json::parse(finest.out)[0]["result"].get<std::string>());
+  const std::vector<double> errors = against.numbers("/records/sweep/error");
+  CHECK(errors[0] == Approx(0.75));
+  CHECK(errors[1] == Approx(0.5));
+  CHECK(std::isnan(errors[2]));
   CHECK_THAT(ran(folder, "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --repeats 2 --out out").err,
              ContainsSubstring("the rows are not timed"));
   CHECK_THAT(ran(folder, "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --error young --out out").err,

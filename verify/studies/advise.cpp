@@ -1,0 +1,387 @@
+#include "studies/advise.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <gsl/gsl_multifit_nlinear.h>
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <memory>
+
+#include "base/error.hpp"
+#include "base/reduce.hpp"
+
+namespace veriflex::studies {
+
+namespace {
+
+using observe::Column;
+using Point = std::vector<double>;  // where the axes of numbers stand
+
+// Rows that differ in numbers only.
+struct Family {
+  std::vector<std::string> words;  // of the axes of words
+  std::vector<Point> points;
+  std::vector<double> error, seconds, memory;
+  std::vector<bool> completed;
+};
+
+std::vector<const Column*> numeric(const SweptRows& rows) {
+  std::vector<const Column*> axes;
+  for (const Column& axis : rows.axes)
+    if (axis.texts.empty()) axes.push_back(&axis);
+  return axes;
+}
+
+std::vector<Family> families(const SweptRows& rows) {
+  std::vector<Family> all;
+  for (std::size_t i = 0; i < rows.error.size(); ++i) {
+    std::vector<std::string> words;
+    Point point;
+    for (const Column& axis : rows.axes) {
+      if (axis.texts.empty()) {
+        point.push_back(axis.values[i]);
+      } else {
+        words.push_back(axis.texts[i]);
+      }
+    }
+    auto family = std::find_if(all.begin(), all.end(), [&](const Family& f) { return f.words == words; });
+    if (family == all.end()) {
+      all.push_back({words, {}, {}, {}, {}, {}});
+      family = all.end() - 1;
+    }
+    family->points.push_back(point);
+    family->error.push_back(rows.error[i]);
+    family->seconds.push_back(rows.seconds[i]);
+    family->memory.push_back(rows.memory[i]);
+    family->completed.push_back(std::isfinite(rows.error[i]) && rows.error[i] > 0.0 && rows.seconds[i] > 0.0);
+  }
+  return all;
+}
+
+// A positive quantity of a point, with parameters.
+using Law = std::function<double(const Eigen::VectorXd& parameters, const Point&)>;
+
+// exp(p) of a parameter, so that what it stands for is positive.
+double positive(double parameter) { return std::exp(std::clamp(parameter, -700.0, 700.0)); }
+
+double term(const Eigen::VectorXd& p, const Point& x, std::size_t axis) {
+  const auto at = static_cast<Eigen::Index>(2 * axis);
+  return positive(p[at] - p[at + 1] * std::log(x[axis]));
+}
+
+double error_law(const Eigen::VectorXd& p, const Point& x) {
+  double sum = positive(p[p.size() - 1]);
+  for (std::size_t axis = 0; axis < x.size(); ++axis) sum += term(p, x, axis);
+  return sum;
+}
+
+double time_law(const Eigen::VectorXd& p, const Point& x) {
+  double exponent = p[0];
+  for (std::size_t axis = 0; axis < x.size(); ++axis)
+    exponent += p[static_cast<Eigen::Index>(axis + 1)] * std::log(x[axis]);
+  return positive(exponent) + positive(p[p.size() - 1]);
+}
+
+struct Fitted {
+  Eigen::VectorXd parameters;
+  double misfit;  // sum of squared logarithms
+};
+
+// Least squares of the logarithms by GSL's Levenberg-Marquardt method, from this start.
+Fitted fit(const Law& law, const std::vector<Point>& points, const std::vector<double>& values,
+           const Eigen::VectorXd& start) {
+  struct Problem {
+    const Law& law;
+    const std::vector<Point>& points;
+    const std::vector<double>& values;
+  } problem{law, points, values};
+  gsl_multifit_nlinear_fdf residuals{};
+  residuals.f = [](const gsl_vector* p, void* given, gsl_vector* r) {
+    const auto& of = *static_cast<const Problem*>(given);
+    const Eigen::VectorXd parameters = Eigen::Map<const Eigen::VectorXd, 0, Eigen::InnerStride<>>(
+        p->data, static_cast<Eigen::Index>(p->size),
+        Eigen::InnerStride<>(static_cast<Eigen::Index>(p->stride)));
+    for (std::size_t i = 0; i < of.points.size(); ++i)
+      gsl_vector_set(r, i, std::log(of.law(parameters, of.points[i]) / of.values[i]));
+    return static_cast<int>(GSL_SUCCESS);
+  };
+  residuals.n = points.size();
+  residuals.p = static_cast<std::size_t>(start.size());
+  residuals.params = &problem;
+  gsl_multifit_nlinear_parameters settings = gsl_multifit_nlinear_default_parameters();
+  const std::unique_ptr<gsl_multifit_nlinear_workspace, decltype(&gsl_multifit_nlinear_free)> solver(
+      gsl_multifit_nlinear_alloc(gsl_multifit_nlinear_trust, &settings, residuals.n, residuals.p),
+      &gsl_multifit_nlinear_free);
+  const gsl_vector_const_view from = gsl_vector_const_view_array(start.data(), residuals.p);
+  gsl_multifit_nlinear_init(&from.vector, &residuals, solver.get());
+  int why = 0;
+  constexpr std::size_t most_steps = 200;
+  gsl_multifit_nlinear_driver(most_steps, 1e-10, 1e-10, 0.0, nullptr, nullptr, &why, solver.get());
+  Fitted found{start, 0.0};
+  for (std::size_t i = 0; i < residuals.p; ++i)
+    found.parameters[static_cast<Eigen::Index>(i)] = gsl_vector_get(solver->x, i);
+  const double norm =
+      Eigen::Map<const Eigen::VectorXd>(solver->f->data, static_cast<Eigen::Index>(points.size())).norm();
+  found.misfit = norm * norm;
+  return found;
+}
+
+std::size_t parameters_of(std::size_t axes) { return 2 * axes + 1; }
+
+// From several starts the best: each axis may be what the error comes from.
+Eigen::VectorXd fit_error(const std::vector<Point>& points, const std::vector<double>& values) {
+  const std::size_t axes = points.front().size();
+  const double most = *std::max_element(values.begin(), values.end());
+  const double least = *std::min_element(values.begin(), values.end());
+  Fitted best{{}, INFINITY};
+  for (std::size_t main = 0; main < axes; ++main) {
+    for (const double order : {1.0, 2.0, 4.0, -1.0}) {
+      Eigen::VectorXd start(static_cast<Eigen::Index>(parameters_of(axes)));
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        double first = points.front()[axis];
+        for (const Point& x : points)
+          first = order > 0.0 ? std::min(first, x[axis]) : std::max(first, x[axis]);
+        const double share = axis == main ? 0.9 : 0.01;
+        start[static_cast<Eigen::Index>(2 * axis)] = std::log(share * most) + order * std::log(first);
+        start[static_cast<Eigen::Index>(2 * axis + 1)] = order;
+      }
+      start[start.size() - 1] = std::log(0.1 * least);
+      const Fitted found = fit(error_law, points, values, start);
+      if (found.misfit < best.misfit) best = found;
+    }
+  }
+  return best.parameters;
+}
+
+Eigen::VectorXd fit_time(const std::vector<Point>& points, const std::vector<double>& values) {
+  const std::size_t axes = points.front().size();
+  Eigen::VectorXd start = Eigen::VectorXd::Constant(static_cast<Eigen::Index>(axes + 2), 1.0);
+  const double least = *std::min_element(values.begin(), values.end());
+  start[start.size() - 1] = std::log(0.1 * least);
+  start[0] = std::log(least);
+  for (std::size_t axis = 0; axis < axes; ++axis) start[0] -= std::log(points.front()[axis]);
+  return fit(time_law, points, values, start).parameters;
+}
+
+double factor(double a, double b) { return std::max(a / b, b / a); }
+
+// Completed rows of a family, and its laws.
+struct Model {
+  std::vector<Point> points;
+  std::vector<double> error, seconds;
+  Eigen::VectorXd of_error, of_time;
+  double error_factor = 1.0, time_factor = 1.0;  // worst of rows predicted from the others
+};
+
+std::optional<Model> model_of(const Family& family) {
+  Model model;
+  for (std::size_t i = 0; i < family.points.size(); ++i) {
+    if (!family.completed[i]) continue;
+    model.points.push_back(family.points[i]);
+    model.error.push_back(family.error[i]);
+    model.seconds.push_back(family.seconds[i]);
+  }
+  const std::size_t axes = model.points.empty() ? 0 : model.points.front().size();
+  if (axes == 0 || model.points.size() < parameters_of(axes) + 1) return std::nullopt;
+  model.of_error = fit_error(model.points, model.error);
+  model.of_time = fit_time(model.points, model.seconds);
+  for (std::size_t left_out = 0; left_out < model.points.size(); ++left_out) {
+    auto points = model.points;
+    auto error = model.error, seconds = model.seconds;
+    const auto at = static_cast<std::ptrdiff_t>(left_out);
+    points.erase(points.begin() + at);
+    error.erase(error.begin() + at);
+    seconds.erase(seconds.begin() + at);
+    const Point& x = model.points[left_out];
+    model.error_factor =
+        worse(model.error_factor, factor(error_law(fit_error(points, error), x), model.error[left_out]));
+    model.time_factor =
+        worse(model.time_factor, factor(time_law(fit_time(points, seconds), x), model.seconds[left_out]));
+  }
+  return model;
+}
+
+std::size_t nearest(const Family& family, const Point& x) {
+  std::size_t best = 0;
+  double least = INFINITY;
+  for (std::size_t i = 0; i < family.points.size(); ++i) {
+    double distance = 0.0;
+    for (std::size_t axis = 0; axis < x.size(); ++axis)
+      distance += std::pow(std::log(x[axis] / family.points[i][axis]), 2);
+    if (distance < least) {
+      least = distance;
+      best = i;
+    }
+  }
+  return best;
+}
+
+// Whether a point may be advised: every row at the corners of its cell of the grid has completed, and beyond
+// the grid it lies where the error falls, so that a limit of stability is not stepped over.
+bool is_usable(const Family& family, const Model& model, const Point& x) {
+  std::vector<std::pair<double, double>> cell;  // the grid's neighbours of x along each axis
+  for (std::size_t axis = 0; axis < x.size(); ++axis) {
+    double below = -INFINITY, above = INFINITY;
+    for (const Point& row : family.points) {
+      if (row[axis] <= x[axis]) below = std::max(below, row[axis]);
+      if (row[axis] >= x[axis]) above = std::min(above, row[axis]);
+    }
+    const bool falls_upwards = model.of_error[static_cast<Eigen::Index>(2 * axis + 1)] > 0.0;
+    if (std::isinf(above) && !falls_upwards) return false;
+    if (std::isinf(below) && falls_upwards) return false;
+    cell.emplace_back(std::isinf(below) ? above : below, std::isinf(above) ? below : above);
+  }
+  for (std::size_t i = 0; i < family.points.size(); ++i) {
+    bool is_corner = true;
+    for (std::size_t axis = 0; axis < x.size(); ++axis) {
+      const double at = family.points[i][axis];
+      is_corner = is_corner && (at == cell[axis].first || at == cell[axis].second);
+    }
+    if (is_corner && !family.completed[i]) return false;
+  }
+  return true;
+}
+
+// Values to try along an axis, up to a factor of two beyond what was swept; whole numbers where all were.
+std::vector<double> tries(const Column& axis) {
+  const auto [low, high] = std::minmax_element(axis.values.begin(), axis.values.end());
+  const bool whole =
+      std::all_of(axis.values.begin(), axis.values.end(), [](double v) { return v == std::round(v); });
+  constexpr int count = 65;
+  std::vector<double> values = axis.values;
+  for (int i = 0; i < count; ++i) {
+    const double value = 0.5 * *low * std::pow(4.0 * *high / *low, i / (count - 1.0));
+    values.push_back(whole ? std::max(1.0, std::round(value)) : value);
+  }
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  return values;
+}
+
+void for_each_point(const std::vector<const Column*>& axes, const std::function<void(const Point&)>& use) {
+  std::vector<std::vector<double>> values;
+  for (const Column* axis : axes) values.push_back(tries(*axis));
+  Point point(axes.size());
+  const std::function<void(std::size_t)> along = [&](std::size_t axis) {
+    if (axis == axes.size()) {
+      use(point);
+      return;
+    }
+    for (const double value : values[axis]) {
+      point[axis] = value;
+      along(axis + 1);
+    }
+  };
+  along(0);
+}
+
+std::string limit_of(const Model& model, const std::vector<const Column*>& axes, const Point& x) {
+  std::string name = "nothing";
+  double most = positive(model.of_error[model.of_error.size() - 1]);
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const double part = term(model.of_error, x, axis);
+    if (part <= most) continue;
+    most = part;
+    name = axes[axis]->name;
+  }
+  return name;
+}
+
+Advice advice_at(const SweptRows& rows, const Family& family, const Model& model, const Point& x) {
+  const std::vector<const Column*> axes = numeric(rows);
+  Advice advice{.setting = {},
+                .error = error_law(model.of_error, x),
+                .seconds = time_law(model.of_time, x),
+                .memory = family.memory[nearest(family, x)],
+                .is_within = true,
+                .error_factor = model.error_factor,
+                .time_factor = model.time_factor,
+                .rows = model.points.size(),
+                .limited_by = limit_of(model, axes, x)};
+  std::size_t number = 0, word = 0;
+  for (const Column& axis : rows.axes) {
+    if (!axis.texts.empty()) {
+      advice.setting.push_back(fmt::format("{}={}", axis.name, family.words[word++]));
+      continue;
+    }
+    const double value = x[number++];
+    advice.setting.push_back(fmt::format("{}={:.6g}", axis.name, value));
+    const auto [low, high] = std::minmax_element(axis.values.begin(), axis.values.end());
+    if (value < *low || value > *high) advice.is_within = false;
+  }
+  return advice;
+}
+
+}  // namespace
+
+SweptRows swept_rows(const observe::Record& sweep, const observe::Record& cost, const std::string& error) {
+  SweptRows rows;
+  for (const Column& column : sweep.columns) {
+    if (column.name == "outcome") break;
+    rows.axes.push_back(column);
+  }
+  for (const double value : sweep.find(error)->values) rows.error.push_back(std::abs(value));
+  rows.seconds = cost.find("wall_seconds")->values;
+  rows.memory = cost.find("peak_memory_bytes")->values;
+  return rows;
+}
+
+Advice advise(const SweptRows& rows, const Wanted& wanted) {
+  const std::vector<const Column*> axes = numeric(rows);
+  for (const Column* axis : axes) {
+    if (!std::all_of(axis->values.begin(), axis->values.end(), [](double v) { return v > 0.0; }))
+      throw NumericalFailure(
+          fmt::format("the axis {} has values that are not positive: no power law", axis->name),
+          FailureMode::NotConverged);
+  }
+  std::optional<Advice> best, most_accurate, in_budget;
+  std::size_t too_few = 0;
+  for (const Family& family : families(rows)) {
+    const std::optional<Model> model = model_of(family);
+    if (!model) {
+      ++too_few;
+      continue;
+    }
+    for_each_point(axes, [&](const Point& x) {
+      if (!is_usable(family, *model, x)) return;
+      const double error = error_law(model->of_error, x), seconds = time_law(model->of_time, x);
+      if (!most_accurate || error < most_accurate->error) most_accurate = advice_at(rows, family, *model, x);
+      if (wanted.budget && seconds <= *wanted.budget && (!in_budget || error < in_budget->error))
+        in_budget = advice_at(rows, family, *model, x);
+      if (error * model->error_factor > wanted.error || (best && seconds >= best->seconds)) return;
+      best = advice_at(rows, family, *model, x);
+    });
+  }
+  if (!most_accurate) {
+    throw NumericalFailure(
+        fmt::format(
+            "the sweep has too few completed rows for a fit: {} along {} axes of numbers need at least {} "
+            "in each of {} combinations",
+            rows.error.size(), axes.size(), parameters_of(axes.size()) + 1, too_few),
+        FailureMode::NotConverged);
+  }
+  if (!best) {
+    throw NumericalFailure(
+        fmt::format(
+            "no setting up to a factor of two beyond the sweep is predicted to have an error of {:.3g}; "
+            "the least is {:.3g} (times {:.3g} for what the fit is worth) at {}, limited by {}",
+            wanted.error, most_accurate->error, most_accurate->error_factor,
+            fmt::join(most_accurate->setting, " "), most_accurate->limited_by),
+        FailureMode::NotConverged);
+  }
+  if (wanted.budget && best->seconds > *wanted.budget) {
+    throw NumericalFailure(
+        fmt::format("an error of {:.3g} takes {:.3g} s, more than {:.3g} s{}", wanted.error, best->seconds,
+                    *wanted.budget,
+                    in_budget ? fmt::format("; these buy an error of {:.3g} at {}", in_budget->error,
+                                            fmt::join(in_budget->setting, " "))
+                              : std::string()),
+        FailureMode::NotConverged);
+  }
+  return *best;
+}
+
+}  // namespace veriflex::studies

@@ -1,0 +1,50 @@
+/// From the rows of a sweep to the setting for an error that is asked for.
+///
+/// For each combination of an axis's words, error and run time are fitted in logarithms by
+///
+///   error = B + sum_a A_a x_a^(-p_a),   time = T + C product_a x_a^(q_a)
+///
+/// over the axes x_a that take numbers. How far that may be trusted is measured: each row is predicted from
+/// the others.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "observe/record.hpp"
+
+namespace veriflex::studies {
+
+/// What a sweep has measured.
+struct SweptRows {
+  std::vector<observe::Column> axes;
+  std::vector<double> error;    // 0 or more; not a number where the run did not complete
+  std::vector<double> seconds;  // run time
+  std::vector<double> memory;   // peak  [bytes]
+};
+
+/// Of a result's records `sweep` and `sweep_cost`.
+SweptRows swept_rows(const observe::Record& sweep, const observe::Record& cost, const std::string& error);
+
+struct Wanted {
+  double error;
+  std::optional<double> budget;  // [s]
+};
+
+struct Advice {
+  std::vector<std::string> setting;  // `key=value` of each axis
+  double error, seconds, memory;     // as predicted; memory is that of the nearest row  [bytes]
+  bool is_within;                    // the range of the sweep; else beyond it by a factor of two at most
+  double error_factor, time_factor;  // worst of each row of this combination predicted from the others
+  std::size_t rows;                  // of this combination
+  std::string limited_by;  // the axis whose term is most of the error; `nothing` for what no axis lowers
+};
+
+/// The setting with the least time whose predicted error, times error_factor, is at most the wanted one; no
+/// farther than a factor of two beyond the swept range, there only where the error falls, and not in a cell
+/// of the grid of which a corner did not complete. Throws NumericalFailure, with what can be reached instead,
+/// when there is none or it exceeds the budget, and when the rows are too few for a fit.
+Advice advise(const SweptRows& rows, const Wanted& wanted);
+
+}  // namespace veriflex::studies

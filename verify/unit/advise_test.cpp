@@ -1,0 +1,111 @@
+// Advice from sweeps whose laws are known: what is predicted, and what is refused.
+#include <cmath>
+
+#include "base/error.hpp"
+#include "catch.hpp"
+#include "studies/advise.hpp"
+
+using namespace veriflex;
+using namespace veriflex::studies;
+
+namespace {
+
+// error = a/n^2 + b/r + floor, time = c n^4 r, at words that change both.
+double error_at(double n, double r, bool coarse) { return (coarse ? 8.0 : 2.0) / (n * n) + 0.01 / r + 1e-6; }
+double time_at(double n, double r, bool coarse) {
+  return 1e-7 * std::pow(n, 4) * r * (coarse ? 0.5 : 1.0) + 1e-4;
+}
+
+SweptRows swept(const std::vector<double>& ns, const std::vector<double>& rs) {
+  SweptRows rows{{{"word", "", "1", "", {}}, {"n", "", "1", "", {}}, {"r", "", "1", "", {}}}, {}, {}, {}};
+  for (const bool coarse : {false, true}) {
+    for (const double n : ns) {
+      for (const double r : rs) {
+        rows.axes[0].texts.push_back(coarse ? "coarse" : "fine");
+        rows.axes[1].values.push_back(n);
+        rows.axes[2].values.push_back(r);
+        rows.error.push_back(error_at(n, r, coarse));
+        rows.seconds.push_back(time_at(n, r, coarse));
+        rows.memory.push_back(8.0 * n * n * n);
+      }
+    }
+  }
+  return rows;
+}
+
+const std::vector<double> resolutions{8.0, 12.0, 16.0, 24.0, 32.0, 48.0}, rounds{1.0, 2.0, 4.0, 8.0, 16.0};
+
+double value_of(const Advice& advice, const std::string& key) {
+  for (const std::string& one : advice.setting)
+    if (one.starts_with(key + "=")) return std::stod(one.substr(key.size() + 1));
+  return NAN;
+}
+
+}  // namespace
+
+TEST_CASE("Advice reaches the error that is asked for, and nothing on the grid does so in less time") {
+  const SweptRows rows = swept(resolutions, rounds);
+  for (const double wanted : {0.05, 0.02, 0.01, 5e-3, 3e-3}) {
+    INFO("error " << wanted);
+    const Advice advice = advise(rows, {wanted, {}});
+    const bool coarse = advice.setting[0] == "word=coarse";
+    const double n = value_of(advice, "n"), r = value_of(advice, "r");
+    const double error = error_at(n, r, coarse), seconds = time_at(n, r, coarse);
+    CHECK(error <= wanted);
+    CHECK(advice.error == Approx(error).epsilon(0.05));
+    CHECK(advice.seconds == Approx(seconds).epsilon(0.05));
+    for (std::size_t i = 0; i < rows.error.size(); ++i) {
+      if (rows.error[i] * advice.error_factor <= wanted) CHECK(seconds <= 1.02 * rows.seconds[i]);
+    }
+  }
+}
+
+TEST_CASE("Points that no fit has seen are predicted") {
+  // Every second resolution and round is left out of the sweep.
+  const SweptRows rows = swept({8.0, 14.0, 24.0, 42.0}, {1.0, 3.0, 9.0, 27.0});
+  int seen = 0;
+  for (const double n : {10.0, 18.0, 31.0}) {
+    for (const double r : {2.0, 5.0, 15.0}) {
+      // The advice for exactly this error is a setting of that error.
+      const Advice advice = advise(rows, {error_at(n, r, false), {}});
+      const bool coarse = advice.setting[0] == "word=coarse";
+      const double at_n = value_of(advice, "n"), at_r = value_of(advice, "r");
+      CHECK(advice.error == Approx(error_at(at_n, at_r, coarse)).epsilon(0.1));
+      CHECK(advice.seconds == Approx(time_at(at_n, at_r, coarse)).epsilon(0.1));
+      CHECK(advice.seconds <= 1.05 * time_at(n, r, false));
+      ++seen;
+    }
+  }
+  CHECK(seen == 9);
+}
+
+TEST_CASE("What limits the error is named, and what lies beyond the sweep is said to") {
+  const SweptRows rows = swept(resolutions, rounds);
+  CHECK(advise(rows, {0.03, {}}).limited_by == "n");
+  // 0.01/r at r = 16 is 6.3e-4: less needs more rounds than were swept.
+  const Advice beyond = advise(rows, {1.6e-3, {}});
+  CHECK(value_of(beyond, "r") > 1.0);
+  CHECK_THROWS_WITH(advise(rows, {1e-7, {}}), ContainsSubstring("no setting up to a factor of two"));
+}
+
+TEST_CASE("A budget that is too small says what it buys") {
+  const SweptRows rows = swept(resolutions, rounds);
+  const Advice free = advise(rows, {5e-3, {}});
+  CHECK(advise(rows, {5e-3, 2.0 * free.seconds}).seconds == free.seconds);
+  CHECK_THROWS_WITH(advise(rows, {5e-3, 0.1 * free.seconds}), ContainsSubstring("these buy an error of"));
+}
+
+TEST_CASE("Where rows did not complete nothing is advised, and too few rows are no fit") {
+  SweptRows rows = swept(resolutions, rounds);
+  for (std::size_t i = 0; i < rows.error.size(); ++i)
+    if (rows.axes[0].texts[i] == "coarse") rows.error[i] = NAN;
+  CHECK(advise(rows, {0.05, {}}).setting[0] == "word=fine");
+  // The coarsest resolution is unstable: what lies between it and the next is not known to be stable.
+  SweptRows stiff = swept(resolutions, rounds);
+  for (std::size_t i = 0; i < stiff.error.size(); ++i)
+    if (stiff.axes[1].values[i] == 8.0) stiff.error[i] = NAN;
+  CHECK(value_of(advise(stiff, {1.0, {}}), "n") == 12.0);
+  CHECK(value_of(advise(swept(resolutions, rounds), {1.0, {}}), "n") == 8.0);
+  CHECK_THROWS_WITH(advise(swept({8.0, 16.0}, {1.0}), {0.1, {}}),
+                    ContainsSubstring("too few completed rows"));
+}
