@@ -3,7 +3,7 @@
 ///
 /// A module as seen from outside: what is asked for in a Spec, and a handful of calls per step. The loops
 /// behind it are compiled for each storage, force scheme and kind of wall; what a scene does not have costs
-/// nothing.
+/// nothing. At tau = 1 populations are such a thing: density and momentum say all that a collision keeps.
 #pragma once
 
 #include <cstdint>
@@ -38,7 +38,14 @@ struct Spec {
   /// Nodes inside of solid voxels, half-way bounce-back around them. They are at rest, whatever is asked of
   /// them: no force acts on them, and they are in no sum.
   std::vector<std::int64_t> obstacle{};
+  Representation representation = Representation::Auto;
 };
+
+/// Populations or Moments: what this fluid is made of. Only tau = 1 can do without populations, and then
+/// nothing else needs them: what walls, obstacles and forces do to a population they do to what leaves its
+/// node. Fluid::populations() makes them out of the moments before the last step, and of those that a flow
+/// was started from keeps a copy until the first step. Throws BadParameter ("fluid.representation").
+Representation representation_of(const Spec& spec);
 
 /// Axes with walls.
 std::array<bool, 3> closed(const Spec& spec);
@@ -86,6 +93,9 @@ struct Extremes {
 struct State {
   std::int64_t steps;
   std::vector<Populations> populations;  // of each node; 0 inside of the obstacle
+  /// Of each node, as a fluid of moments carries them: they differ from the populations' sums in the last
+  /// bits and count instead of them. Empty from a fluid of populations.
+  std::vector<std::array<double, 4>> moments{};
 };
 
 class Fluid {
@@ -101,7 +111,7 @@ class Fluid {
   /// Starts at step 0 from the deviations that `at` gives for each node; `at` is called by several threads.
   virtual void start(const std::function<Populations(std::int64_t node)>& at) = 0;
 
-  State state() const;
+  virtual State state() const;
   /// Puts back a state of a fluid of the same box and storage: it goes on bit by bit as it would have there.
   virtual void restore(const State& state) = 0;
 
@@ -123,13 +133,20 @@ class Fluid {
   std::int64_t steps_ = 0;
 };
 
-/// Memory of the populations  [bytes].
+/// Memory of the populations or moments  [bytes].
 double memory_bytes(const Spec& spec);
 
-/// Throws BadParameter ("fluid.nodes") when the populations do not fit into the memory that is available now.
+/// What a fluid of moments needs more until its first step when it is started from populations; 0 for one of
+/// populations  [bytes].
+double start_bytes(const Spec& spec);
+
+/// Throws BadParameter ("fluid.nodes") when the fluid does not fit into the memory that is available now.
 void require_memory(const Spec& spec);
 
-/// A fluid at rest. Throws BadParameter ("fluid.relaxation_time", "fluid.nodes").
+/// The same of what start() needs more.
+void require_start_memory(const Spec& spec);
+
+/// A fluid at rest. Throws BadParameter ("fluid.relaxation_time", "fluid.representation", "fluid.nodes").
 std::unique_ptr<Fluid> make_fluid(const Spec& spec);
 
 }  // namespace veriflex::fluid

@@ -1,7 +1,7 @@
 /// Several neighbouring numbers in one vector register, as the compilers' own vector types.
 #pragma once
 
-#if defined(__FMA__)
+#if defined(__SSE2__)
 #include <immintrin.h>
 #endif
 
@@ -64,6 +64,30 @@ struct Lanes {
   }
   static void store(Real* to, const Type& v) { std::memcpy(to, &v, sizeof v); }
 
+  /// Stores past the caches, where the machine can, at an address that the vector's size divides: the line is
+  /// not read first. Seen by other threads after finish_stream() only.
+  static void stream(Real* to, const Type& v) {
+    [[maybe_unused]] constexpr bool is_double = sizeof(Real) == 8;
+#if defined(__AVX512F__)
+    if constexpr (sizeof v == 64 && is_double) return _mm512_stream_pd(to, (__m512d)v);
+    if constexpr (sizeof v == 64 && !is_double) return _mm512_stream_ps(to, (__m512)v);
+#endif
+#if defined(__AVX__)
+    if constexpr (sizeof v == 32 && is_double) return _mm256_stream_pd(to, (__m256d)v);
+    if constexpr (sizeof v == 32 && !is_double) return _mm256_stream_ps(to, (__m256)v);
+#endif
+#if defined(__SSE2__)
+    if constexpr (sizeof v == 16 && is_double) return _mm_stream_pd(to, (__m128d)v);
+    if constexpr (sizeof v == 16 && !is_double) return _mm_stream_ps(to, (__m128)v);
+#endif
+    store(to, v);
+  }
+  static void finish_stream() {
+#if defined(__SSE2__)
+    _mm_sfence();
+#endif
+  }
+
   /// Lane l of the result is lane l - 1 of v; lane 0 is the last of v.
   static Type up(const Type& v) { return turn<N - 1>(v, std::make_index_sequence<N>{}); }
   /// Lane l of the result is lane l + 1 of v; the last is lane 0 of v.
@@ -84,6 +108,8 @@ struct Lanes<Real, 1> {
   using Type = Real;
   static Type load(const Real* from) { return *from; }
   static void store(Real* to, Type v) { *to = v; }
+  static void stream(Real* to, Type v) { *to = v; }
+  static void finish_stream() {}
   static Type up(Type v) { return v; }
   static Type down(Type v) { return v; }
   static Real get(Type v, std::size_t) { return v; }

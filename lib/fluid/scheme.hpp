@@ -1,4 +1,4 @@
-/// Force schemes and storages of the fluid, by name. Knows no Eigen, see sweep.hpp.
+/// Force schemes, storages and representations of the fluid, by name. Knows no Eigen, see sweep.hpp.
 #pragma once
 
 #include <array>
@@ -10,7 +10,7 @@
 
 namespace veriflex::fluid {
 
-/// What a population is stored and computed in.
+/// What a population or a moment is stored and computed in.
 enum class Storage { Double, Float };
 
 inline constexpr std::array storages{
@@ -30,10 +30,22 @@ auto visit(Storage storage, Use use) {
   std::abort();  // there is no other value
 }
 
-/// Of one population.
+/// Of one population or moment.
 inline std::int64_t bytes_of(Storage storage) {
   return visit(storage, [](auto real) { return static_cast<std::int64_t>(sizeof real); });
 }
+
+/// What stands for the state of a node: fifteen populations, or density and momentum, which at tau = 1 are
+/// all that a collision keeps (moments.hpp).
+enum class Representation { Auto, Populations, Moments };
+
+inline constexpr std::array representations{
+    Named<Representation>{Representation::Auto, "auto", "auto",
+                          "moments where tau is 1, populations elsewhere"},
+    Named<Representation>{Representation::Populations, "populations", "populations",
+                          "fifteen populations a node"},
+    Named<Representation>{Representation::Moments, "moments", "moments", "density and momentum of a node"},
+};
 
 /// How the body force enters: the schemes of forces.cmake. Forces at single nodes are always of first order.
 enum class Scheme {

@@ -3,49 +3,14 @@
 #include <omp.h>
 
 #include <algorithm>
-#include <type_traits>
-#include <utility>
 
 #include "fluid/lanes.hpp"
-
-#if defined(__SSE2__)
-#include <xmmintrin.h>
-#endif
+#include "fluid/subnormals.hpp"
+#include "fluid/unroll.hpp"
 
 namespace veriflex::fluid {
 
 namespace {
-
-/// Fluid at rest is full of subnormal numbers, each of which costs a hundred cycles: flushed to zero in this
-/// thread while this lives.
-class FlushSubnormals {
- public:
-#if defined(__SSE2__)
-  FlushSubnormals() : before_(_mm_getcsr()) { _mm_setcsr(before_ | 0x8040U); }
-  ~FlushSubnormals() { _mm_setcsr(before_); }
-#else
-  FlushSubnormals() {}
-#endif
-  FlushSubnormals(const FlushSubnormals&) = delete;
-  FlushSubnormals& operator=(const FlushSubnormals&) = delete;
-
- private:
-#if defined(__SSE2__)
-  unsigned before_;
-#endif
-};
-
-// All of a row is one function without calls: left to themselves, compilers keep the populations of some of
-// the many variants in memory, and drop prefetches as calls that do nothing.
-template <class Do, int... Is>
-[[gnu::always_inline]] inline void unroll(Do work, std::integer_sequence<int, Is...>) {
-  (work(std::integral_constant<int, Is>{}), ...);
-}
-
-template <class Do>
-[[gnu::always_inline]] inline void for_each_population(Do work) {
-  unroll(work, std::make_integer_sequence<int, Q>{});
-}
 
 constexpr int cx(int q) { return c[static_cast<std::size_t>(q)][0]; }
 

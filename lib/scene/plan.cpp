@@ -87,11 +87,18 @@ std::string describe_walls(const fluid::Spec& spec) {
 void plan_fluid(const fluid::Spec& spec, Plan& plan) {
   fluid::require_memory(spec);
   const auto [nx, ny, nz] = spec.grid.size;
-  plan.built.push_back(
-      {"fluid",
-       fmt::format("{} x {} x {} nodes, D3Q15 BGK in place, tau = {}, {} populations", nx, ny, nz,
-                   spec.relaxation_time, spec.storage == fluid::Storage::Double ? "double" : "float"),
-       fluid::memory_bytes(spec)});
+  const bool moments = fluid::representation_of(spec) == fluid::Representation::Moments;
+  plan.built.push_back({"fluid",
+                        fmt::format("{} x {} x {} nodes, D3Q15 BGK {}, tau = {}, {} {}", nx, ny, nz,
+                                    moments ? "in two copies" : "in place", spec.relaxation_time,
+                                    row_of(fluid::storages, spec.storage).name,
+                                    moments ? "density and momentum" : "populations"),
+                        fluid::memory_bytes(spec)});
+  if (moments) {
+    plan.left_out.push_back({"populations",
+                             "at tau = 1 a collision keeps density and momentum alone; where an observation "
+                             "asks for populations they are made from the step before"});
+  }
   const std::string closed = describe_walls(spec);
   if (closed.empty()) {
     plan.left_out.push_back({"walls", "the box is periodic: no list of cut links"});
@@ -192,6 +199,9 @@ Plan plan_scene(const Scene& scene) {
   Plan plan;
   if (scene.fluid) {
     plan_fluid(*scene.fluid, plan);
+    if (const double bytes = fluid::start_bytes(*scene.fluid); scene.initial_flow && bytes > 0.0) {
+      plan.built.push_back({"initial flow", "its populations, until the first step", bytes});
+    }
   } else {
     plan.left_out.push_back({"fluid", "the case names none"});
   }

@@ -38,7 +38,7 @@ def lines(record, axes, x):
         groups.setdefault(where, []).append(row)
     for where, rows in groups.items():
         values = (f"{v:.6g}" if isinstance(v, float) else str(v).strip('"') for v in where)
-        label = ", ".join(f"{name.split('.')[-1].replace('_', ' ')} {value}" for name, value in zip(others, values))
+        label = ", ".join(f"{short(name)} {value}" for name, value in zip(others, values))
         yield label, np.array(rows)
 
 
@@ -111,10 +111,16 @@ def sweep_cost(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def short(name):
+    """Name of an axis without the tables it stands in; an entry of a list keeps the list's name."""
+    *_, before, last = ["", *name.split(".")]
+    return (f"{before} {last}" if last.isdigit() else last).replace("_", " ")
+
+
 def setting(record, row, axes):
     """The values of a row's axes in words."""
     values = ((name, record[name][row]) for name in axes)
-    return ", ".join(f"{name.split('.')[-1].replace('_', ' ')} {v:.6g}" if isinstance(v, float) else str(v) for name, v in values)
+    return ", ".join(f"{short(name)} {v:.6g}" if isinstance(v, float) else str(v) for name, v in values)
 
 
 def axes_of(record, error):

@@ -1,9 +1,9 @@
 // How fast the fluid is, against what this machine's memory allows in the same minutes.
 //
 // The limit of an in-place kernel: every cache line of the populations is read once and written once per
-// step, 240 bytes a node for double, 120 for float. The machine's own rate for that is measured by updating a
-// large array in place, alternately with the kernel, because shared machines change their speed within
-// seconds.
+// step, 240 bytes a node for double, 120 for float; of moments (tau = 1) 64 and 32. The machine's own rate
+// for that is measured by updating a large array in place, alternately with the kernel, because shared
+// machines change their speed within seconds.
 #include <fmt/format.h>
 #include <omp.h>
 
@@ -68,12 +68,14 @@ struct Run {
   std::array<std::int64_t, 3> box;
   fluid::Storage storage;
   bool walls_and_force;
+  fluid::Representation representation;
 };
 
 std::string box_name(const Run& run) { return fmt::format("{}x{}x{}", run.box[0], run.box[1], run.box[2]); }
 
 fluid::Spec spec_of(const Run& run) {
   fluid::Spec spec{.grid = {run.box}, .relaxation_time = 1.0, .storage = run.storage};
+  spec.representation = run.representation;
   if (run.walls_and_force) {
     spec.body_force = {0.0, 0.0, 1e-7};
     for (auto& walls : spec.walls) walls = fluid::Walls{};
@@ -131,13 +133,14 @@ class Trial {
     const double mlups = *std::max_element(rates_.begin(), rates_.end());
     const double fraction = mlups / limit(memory.update);
     fmt::print(
-        "{:>12} {:6}{:18} {:7.1f} MLUPS (median {:.1f})  {:5.1f} GB/s in place, {:5.1f} copied  fraction "
+        "{:>12} {:6} {:11}{:18} {:7.1f} MLUPS (median {:.1f})  {:5.1f} GB/s in place, {:5.1f} copied  "
+        "fraction "
         "{:.3f} (median {:.3f})\n",
-        box_name(run_), run_.storage == fluid::Storage::Double ? "double" : "float",
-        run_.walls_and_force ? ", 6 walls, force" : "", mlups, median(rates_), memory.update, memory.copy,
-        fraction, median(fractions_));
+        box_name(run_), storage(), representation(), run_.walls_and_force ? ", 6 walls, force" : "", mlups,
+        median(rates_), memory.update, memory.copy, fraction, median(fractions_));
     return {{"box", box_name(run_)},
-            {"storage", run_.storage == fluid::Storage::Double ? "double" : "float"},
+            {"storage", storage()},
+            {"representation", representation()},
             {"threads", omp_get_max_threads()},
             {"blocked", false},
             {"walls_and_force", run_.walls_and_force},
@@ -151,10 +154,20 @@ class Trial {
             {"checksum", checksum(*fluid_)}};
   }
 
+  /// Speed over that of another, round by round: the median.
+  double over(const Trial& other) const {
+    std::vector<double> ratios;
+    for (std::size_t i = 0; i < rates_.size(); ++i) ratios.push_back(rates_[i] / other.rates_[i]);
+    return median(ratios);
+  }
+
  private:
+  std::string_view storage() const { return row_of(fluid::storages, run_.storage).name; }
+  std::string_view representation() const { return row_of(fluid::representations, run_.representation).name; }
   /// Read and written a step.
   double bytes_per_node() const {
-    return fluid::Q * 2.0 * (run_.storage == fluid::Storage::Double ? 8.0 : 4.0);
+    const int numbers = run_.representation == fluid::Representation::Moments ? 4 : fluid::Q;
+    return 2.0 * numbers * static_cast<double>(fluid::bytes_of(run_.storage));
   }
   /// [MLUPS] at a bandwidth in GB/s.
   double limit(double bandwidth) const { return bandwidth * 1e3 / bytes_per_node(); }
@@ -170,22 +183,30 @@ class Trial {
   std::vector<double> fractions_;  // of the limit measured just before
 };
 
-/// The bare fluid and the one with walls and force, alternately with the memory. A fraction of the limit is
-/// best over best; where the machine changes its speed meanwhile, the median over the rounds is to be
-/// trusted.
+/// Populations and moments, bare and with walls and force, alternately with the memory. A fraction of the
+/// limit is best over best; where the machine changes its speed meanwhile, the median over the rounds is to
+/// be trusted.
 void measure(const std::array<std::int64_t, 3>& box, fluid::Storage storage, Memory& memory,
              nlohmann::json& runs) {
-  Trial bare({box, storage, false});
-  Trial walled({box, storage, true});
+  constexpr auto populations = fluid::Representation::Populations;
+  constexpr auto moments = fluid::Representation::Moments;
+  Trial bare({box, storage, false, populations});
+  Trial bare_moments({box, storage, false, moments});
+  Trial walled({box, storage, true, populations});
+  Trial walled_moments({box, storage, true, moments});
+  const std::array trials{&bare, &bare_moments, &walled, &walled_moments};
   memory.update = memory.copy = 0.0;
   for (int repeat = 0; repeat < 10; ++repeat) {
-    memory.measure();
-    bare.measure(memory);
-    memory.measure();
-    walled.measure(memory);
+    for (Trial* trial : trials) {
+      memory.measure();
+      trial->measure(memory);
+    }
   }
-  runs.push_back(bare.report(memory));
-  runs.push_back(walled.report(memory));
+  for (const Trial* trial : trials) runs.push_back(trial->report(memory));
+  runs[runs.size() - 3]["over_populations"] = bare_moments.over(bare);
+  runs[runs.size() - 1]["over_populations"] = walled_moments.over(walled);
+  fmt::print("moments over populations, medians: bare {:.2f}, with walls and force {:.2f}\n",
+             bare_moments.over(bare), walled_moments.over(walled));
 }
 
 std::array<std::int64_t, 3> parse_box(const std::string& text) {

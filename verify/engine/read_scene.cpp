@@ -207,6 +207,14 @@ fluid::Shape read_obstacle(const io::Table& fluid) {
   return fluid::Cylinder{centre, radius, static_cast<std::size_t>(read_axis(table))};
 }
 
+void check_representation(const io::Table& top, const fluid::Spec& spec) {
+  try {
+    fluid::representation_of(spec);
+  } catch (const BadParameter& bad) {
+    top.table("fluid").fail("representation", bad.problem, bad.why, bad.suggestion);
+  }
+}
+
 fluid::Spec read_fluid(const io::Table& top, Varied varied) {
   const io::Table table = top.table("fluid");
   fluid::Spec spec{.grid = {{1, 1, 1}}, .relaxation_time = 1.0};
@@ -215,6 +223,11 @@ fluid::Spec read_fluid(const io::Table& top, Varied varied) {
   if (table.has("storage")) {
     spec.storage = row_named(fluid::storages, table.choice("storage", names_of(fluid::storages))).value;
   }
+  if (table.has("representation")) {
+    const std::string name = table.choice("representation", names_of(fluid::representations));
+    spec.representation = row_named(fluid::representations, name).value;
+  }
+  if (varied != Varied::NodesAndRelaxationTime) check_representation(top, spec);
   if (table.has("body_force")) spec.body_force = read_vector(table, "body_force");
   if (table.has("force_scheme")) {
     spec.scheme = row_named(fluid::schemes, table.choice("force_scheme", names_of(fluid::schemes))).value;

@@ -31,6 +31,9 @@ double read_angle_stiffness(const io::Table& top);
 enum class Varied { Nothing, Nodes, NodesAndRelaxationTime };
 fluid::Spec read_fluid(const io::Table& top, Varied varied = Varied::Nothing);
 
+/// Refuses a `representation` of [fluid] that is impossible at the fluid's tau; for drivers that vary tau.
+void check_representation(const io::Table& top, const fluid::Spec& spec);
+
 /// Three numbers.
 Vec3 read_vector(const io::Table& table, const std::string& key);
 

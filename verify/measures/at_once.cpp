@@ -14,29 +14,30 @@ namespace {
 
 struct Need {
   const fluid::Spec* run;
-  double populations, beside;  // [bytes]
+  double fluid, beside;  // [bytes]
 };
 
 scene::Plan plan_of(const io::Table& top, const std::vector<fluid::Spec>& runs, std::size_t at_once,
                     const Beside& beside, double kept) {
   std::vector<Need> needs;
-  for (const fluid::Spec& run : runs)
-    needs.push_back({&run, fluid::memory_bytes(run), beside ? beside(run) : 0.0});
-  std::stable_sort(needs.begin(), needs.end(), [](const Need& a, const Need& b) {
-    return a.populations + a.beside > b.populations + b.beside;
-  });
+  for (const fluid::Spec& run : runs) {
+    engine::check_representation(top, run);
+    needs.push_back({&run, fluid::memory_bytes(run) + fluid::start_bytes(run), beside ? beside(run) : 0.0});
+  }
+  std::stable_sort(needs.begin(), needs.end(),
+                   [](const Need& a, const Need& b) { return a.fluid + a.beside > b.fluid + b.beside; });
   scene::Plan plan = engine::read_plan(top, {.fluid = *needs.front().run});
   needs.resize(std::min(needs.size(), at_once));
-  double populations = 0.0, others = kept;
+  double fluids = 0.0, others = kept;
   for (const Need& need : needs) {
-    populations += need.populations;
+    fluids += need.fluid;
     others += need.beside;
   }
-  if (const double available = available_memory_bytes(); populations + others > available) {
+  if (const double available = available_memory_bytes(); fluids + others > available) {
     const io::Table fluid = top.table("fluid");
     const std::string problem = fmt::format("{} runs at once do not fit into memory", needs.size());
     const std::string why = fmt::format("they take {:.3g} GB, {:.3g} GB are available",
-                                        (populations + others) * 1e-9, available * 1e-9);
+                                        (fluids + others) * 1e-9, available * 1e-9);
     const std::string suggestion = "Use fewer threads or smaller boxes";
     if (fluid.has("nodes")) fluid.fail("nodes", problem, why, suggestion);
     throw InputError(fluid.place(), problem, why, suggestion);
@@ -46,7 +47,7 @@ scene::Plan plan_of(const io::Table& top, const std::vector<fluid::Spec>& runs, 
     if (runs.size() > 1) {
       built.what += fmt::format("; the largest of {} runs, {} at a time", runs.size(), needs.size());
     }
-    built.memory_bytes = populations;
+    built.memory_bytes = fluids;
   }
   if (others > 0.0) plan.built.push_back({"observations", "what is kept of the flow to be compared", others});
   return plan;

@@ -90,7 +90,14 @@ Column errors_of(const Sweep& sweep, const Record& table) {
   if (!std::isfinite(finest) || finest == 0.0)
     throw NumericalFailure(fmt::format("the finest row has no {} to measure errors against", metric->name));
   for (double& value : error.values) value = std::abs(value / finest - 1.0);
-  error.values.back() = not_a_number;  // its error is not known
+  // What a row errs along an axis on which it is as fine as the finest is not seen.
+  for (const Axis& axis : sweep.axes) {
+    if (axis.numbers.empty() || axis.size() == 1) continue;
+    const std::vector<double>& at = table.find(axis.name())->values;
+    for (std::size_t row = 0; row < at.size(); ++row)
+      if (at[row] == at.back()) error.values[row] = not_a_number;
+  }
+  error.values.back() = not_a_number;
   return error;
 }
 

@@ -221,6 +221,15 @@ TEST_CASE("A sweep that is asked for an error has its front, and timed rows have
   CHECK(errors[0] == Approx(0.75));
   CHECK(errors[1] == Approx(0.5));
   CHECK(std::isnan(errors[2]));
+  // A row that shares the finest value of an axis hides its error along it.
+  const Ran two = ran(folder,
+                      "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --over 'solid.nodes.2=6,9' "
+                      "--error young_modulus --against-finest --json --out out");
+  REQUIRE(two.code == 0);
+  const io::Hdf5File pair(folder.path() / Json::parse(two.out)[0]["result"].get<std::string>());
+  const std::vector<double> judged = pair.numbers("/records/sweep/error");
+  CHECK(judged[0] == Approx(0.5));
+  CHECK(std::count_if(judged.begin(), judged.end(), [](double e) { return std::isnan(e); }) == 3);
   CHECK_THAT(ran(folder, "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --repeats 2 --out out").err,
              ContainsSubstring("the rows are not timed"));
   CHECK_THAT(ran(folder, "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --error young --out out").err,

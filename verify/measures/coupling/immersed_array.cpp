@@ -379,6 +379,7 @@ engine::Study read_array(const io::Table& top) {
     }
   }
   for (const double tau : study.relaxation_times) {
+    engine::check_representation(top, cell(study, tau, study.first_cell));
     engine::whole_steps(settling_time(first_cell, fluid::viscosity(tau)), 0.0, "to settle the flow takes",
                         t.place("relaxation_times"));
   }

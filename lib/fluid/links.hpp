@@ -1,0 +1,51 @@
+/// Links between neighbouring nodes, and what walls and obstacles do to them.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "fluid/fluid.hpp"
+
+namespace veriflex::fluid {
+
+constexpr std::array<std::int64_t, 3> velocity(int q) {
+  const auto& v = c[static_cast<std::size_t>(q)];
+  return {v[0], v[1], v[2]};
+}
+
+/// c(q).v
+inline double along(int q, const Vec3& v) {
+  const auto& direction = c[static_cast<std::size_t>(q)];
+  return direction[0] * v[0] + direction[1] * v[1] + direction[2] * v[2];
+}
+
+/// The first axis whose wall the link from `at` along sign c(q) crosses, or -1.
+int crossed_wall(const Spec& spec, const std::array<std::int64_t, 3>& at, int q, int sign = 1);
+
+/// The node at the other end of the link from `at` along sign c(q), round the box's edges.
+std::int64_t neighbour(const Grid& grid, const std::array<std::int64_t, 3>& at, int q, int sign = 1);
+
+/// A link that an obstacle cuts: from `node` along c(q), a first-of-pair direction, to `beyond`.
+struct CutLink {
+  std::int64_t node, beyond;
+  int q;
+};
+
+/// Nodes inside of the obstacle; empty without one.
+std::vector<bool> inside_of(const Spec& spec);
+
+/// Links between the obstacle and the fluid; those that cross a wall are the sweep's own matter.
+std::vector<CutLink> links_of(const Spec& spec, const std::vector<bool>& is_obstacle);
+
+/// 6 w c.u_wall, what a moving wall adds to the population q that comes back to `node`.
+struct Gain {
+  std::int64_t node;
+  int q;
+  double value;
+};
+
+/// Of all walls that move, in the order of the nodes.
+std::vector<Gain> gains_of(const Spec& spec);
+
+}  // namespace veriflex::fluid

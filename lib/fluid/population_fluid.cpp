@@ -1,0 +1,228 @@
+#include "fluid/population_fluid.hpp"
+
+#include <algorithm>
+
+#include "base/memory.hpp"
+#include "base/stop.hpp"
+#include "base/work.hpp"
+#include "fluid/links.hpp"
+#include "fluid/reductions.hpp"
+#include "fluid/sweep.hpp"
+
+namespace veriflex::fluid {
+
+namespace {
+
+constexpr std::int64_t cache_line = 64;
+
+/// Bytes from one population's array to the next: rows, and padding to five lines beyond a page. Equal places
+/// of the fifteen arrays then differ in their last twelve bits, by which processors first compare the
+/// addresses of loads with those of earlier stores, and do not fall into the same sets of the caches.
+std::int64_t stride_bytes(const Spec& spec) {
+  const std::int64_t page = 4096;
+  const std::int64_t bytes = spec.grid.count() * bytes_of(spec.storage);
+  return (bytes + page - 1) / page * page + 5 * cache_line;
+}
+
+/// Of the populations that come back from walls along x.
+std::int64_t end_bytes(const Spec& spec) {
+  if (!spec.walls[0]) return 0;
+  return ends_per_row * spec.grid.size[1] * spec.grid.size[2] * bytes_of(spec.storage);
+}
+
+template <class Real>
+class PopulationFluid final : public Fluid {
+ public:
+  explicit PopulationFluid(const Spec& wanted)
+      : Fluid(wanted), pages_(allocate_pages(static_cast<std::size_t>(population_bytes(wanted)))) {
+    const Grid& grid = spec_.grid;
+    for (int q = 0; q < Q; ++q) {
+      lattice_.slots[q] = reinterpret_cast<Real*>(pages_.get() + q * stride_bytes(spec_));
+    }
+    lattice_.ends = reinterpret_cast<Real*>(pages_.get() + Q * stride_bytes(spec_));
+    lattice_.nx = grid.size[0];
+    lattice_.ny = grid.size[1];
+    lattice_.nz = grid.size[2];
+    lattice_.lanes = lanes_for<Real>(grid.size[0]);
+    const Vec3& g = spec_.body_force;
+    lattice_.forced = !g.isZero(0.0);
+    lattice_.scheme = spec_.scheme;
+    lattice_.law = visit(spec_.scheme, [&](auto force) {
+      return collision<decltype(force), Real>(spec_.relaxation_time, {g[0], g[1], g[2]});
+    });
+    for (std::size_t axis = 0; axis < 3; ++axis) lattice_.closed[axis] = spec_.walls[axis].has_value();
+    for (std::int64_t x = 0; x < grid.size[0]; ++x) place_.push_back(lattice_.place(x));
+    gains_ = gains_of(spec_);
+    is_obstacle_ = inside_of(spec_);
+    for (const CutLink& link : links_of(spec_, is_obstacle_)) {
+      links_.push_back({slot(opposite(link.q), link.node) - base(), slot(link.q, link.beyond) - base()});
+    }
+    start([](std::int64_t) { return Populations{}; });
+  }
+
+  void start(const std::function<Populations(std::int64_t)>& at) override {
+    steps_ = 0;
+    put(at);
+    stop_if_asked("fluid step", 0);
+  }
+
+  void restore(const State& state) override {
+    steps_ = state.steps;
+    put([&](std::int64_t node) { return state.populations[static_cast<std::size_t>(node)]; });
+    stop_if_asked("fluid step", steps_);
+  }
+
+  void collide_and_stream(const NodeForces& forces) override {
+    stop_if_asked("fluid step", steps_ + 1);
+    work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
+                    2 * Q * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
+    sweep(lattice_, odd());
+    add(forces);
+    ++steps_;
+    const auto links = static_cast<std::int64_t>(links_.size());
+#pragma omp parallel for schedule(static) if (links > 1000)
+    for (std::int64_t i = 0; i < links; ++i) {
+      const SlotPair& pair = links_[static_cast<std::size_t>(i)];
+      std::swap(*(base() + pair.first), *(base() + pair.second));
+    }
+    for (const Gain& gain : gains_) *arriving(gain.q, gain.node) += static_cast<Real>(gain.value);
+  }
+
+  void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
+    const auto count = static_cast<std::int64_t>(nodes.size());
+#pragma omp parallel for schedule(static)
+    for (std::int64_t i = 0; i < count; ++i) {
+      const std::int64_t node = nodes[static_cast<std::size_t>(i)];
+      h[static_cast<std::size_t>(i)] = inside(node) ? Populations{} : arriving(node);
+    }
+  }
+
+  void velocities(std::span<const std::int64_t> nodes, Positions& u) const override {
+    const auto count = static_cast<std::int64_t>(nodes.size());
+    u.resize(count, 3);
+#pragma omp parallel for schedule(static)
+    for (std::int64_t i = 0; i < count; ++i) {
+      const std::int64_t node = nodes[static_cast<std::size_t>(i)];
+      if (inside(node)) {
+        u.row(i).setZero();
+        continue;
+      }
+      const Populations h = arriving(node);
+      u.row(i) = momentum(h).transpose() / (1.0 + density_deviation(h));
+    }
+  }
+
+  Totals totals() const override {
+    return totals_of(spec_.grid, steps_, moments(), [this](std::int64_t node) { return inside(node); });
+  }
+
+  Extremes extremes() const override {
+    return extremes_of(spec_.grid, moments(), [this](std::int64_t node) { return inside(node); });
+  }
+
+ private:
+  /// After a step, be it even or odd, what each end sent along a cut link stands where the other end will
+  /// look for it, so the two slots are exchanged. The inside of an obstacle is a closed fluid of its own from
+  /// which nothing leaks, so that the sweep treats no node apart; nobody is shown it: seen from outside an
+  /// obstacle's nodes are at rest.
+  struct SlotPair {
+    std::int64_t first, second;  // from base()
+  };
+
+  /// Populations of each node before the step to come.
+  template <class At>
+  void put(const At& at) {
+    const Grid& grid = spec_.grid;
+    // Each slot belongs to one node and direction: threads do not meet.
+#pragma omp parallel for
+    for (std::int64_t z = 0; z < grid.size[2]; ++z) {
+      for (std::int64_t y = 0; y < grid.size[1]; ++y) {
+        if (stop::signal.load(std::memory_order_relaxed) != 0) continue;  // nothing may be thrown in here
+        for (std::int64_t x = 0; x < grid.size[0]; ++x) {
+          const std::int64_t node = grid.index(x, y, z);
+          const Populations h = at(node);
+          for (int q = 0; q < Q; ++q) *arriving(q, node) = static_cast<Real>(h[static_cast<std::size_t>(q)]);
+        }
+      }
+    }
+  }
+
+  bool odd() const { return steps_ % 2 == 1; }
+  Real* base() const { return lattice_.slots[0]; }
+
+  Real* slot(int q, std::int64_t node) const {
+    const std::int64_t x = node % lattice_.nx;
+    const std::int64_t from_wall = velocity(q)[0] == 1 ? 0 : velocity(q)[0] == -1 ? lattice_.nx - 1 : -1;
+    if (lattice_.closed[0] && x == from_wall) {
+      return lattice_.ends + ends_per_row * (node / lattice_.nx) + end_of_row(q);
+    }
+    return lattice_.slots[q] + (node - x) + place_[static_cast<std::size_t>(x)];
+  }
+
+  /// Where population q of this node stands before the step to come.
+  Real* arriving(int q, std::int64_t node) const {
+    if (!odd()) return slot(q, node);
+    const auto at = spec_.grid.node(node);
+    if (crossed_wall(spec_, at, q, -1) >= 0) return slot(q, node);
+    return slot(opposite(q), neighbour(spec_.grid, at, q, -1));
+  }
+
+  Populations arriving(std::int64_t node) const {
+    Populations h;
+    for (int q = 0; q < Q; ++q) h[static_cast<std::size_t>(q)] = static_cast<double>(*arriving(q, node));
+    return h;
+  }
+
+  bool inside(std::int64_t node) const {
+    return !is_obstacle_.empty() && is_obstacle_[static_cast<std::size_t>(node)];
+  }
+
+  /// Of a node before the step to come.
+  auto moments() const {
+    return [this](std::int64_t node) {
+      const Populations h = arriving(node);
+      return Moments{density_deviation(h), momentum(h)};
+    };
+  }
+
+  /// Between the sweep and the exchange of cut links, a population that left `node` along q stands where its
+  /// target would find it without obstacles.
+  void add(const NodeForces& forces) {
+    const auto count = static_cast<std::int64_t>(forces.nodes.size());
+    // A slot is reached from one node only: threads do not meet.
+#pragma omp parallel for schedule(static) if (count > 1000)
+    for (std::int64_t i = 0; i < count; ++i) {
+      const std::int64_t node = forces.nodes[static_cast<std::size_t>(i)];
+      const auto at = spec_.grid.node(node);
+      const Vec3 g = forces.force->row(i);
+      for (int q = 1; q < Q; ++q) {
+        const double kick = 3.0 * w(q) * along(q, g);
+        const bool stays = !odd() || crossed_wall(spec_, at, q) >= 0;
+        Real* const target = stays ? slot(opposite(q), node) : slot(q, neighbour(spec_.grid, at, q));
+        *target += static_cast<Real>(kick);
+      }
+    }
+  }
+
+  Pages pages_;
+  Lattice<Real> lattice_{};
+  std::vector<std::int64_t> place_;  // of x in its row
+  std::vector<bool> is_obstacle_;    // empty without one
+  std::vector<SlotPair> links_;
+  std::vector<Gain> gains_;
+};
+
+}  // namespace
+
+double population_bytes(const Spec& spec) {
+  return static_cast<double>(Q) * static_cast<double>(stride_bytes(spec)) +
+         static_cast<double>(end_bytes(spec));
+}
+
+std::unique_ptr<Fluid> make_population_fluid(const Spec& spec) {
+  return visit(spec.storage, [&](auto real) -> std::unique_ptr<Fluid> {
+    return std::make_unique<PopulationFluid<decltype(real)>>(spec);
+  });
+}
+
+}  // namespace veriflex::fluid
