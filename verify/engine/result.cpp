@@ -321,7 +321,7 @@ void Result::fail(const Failure& failure) {
 Result run_case(const Case& c, int threads) {
   Result result{.c = c,
                 .provenance = provenance(threads),
-                .seen = {},
+                .seen = begin(c.study),
                 .outcomes = {},
                 .verdict = Verdict::error,
                 .error_kind = {},
@@ -339,6 +339,7 @@ Result run_case(const Case& c, int threads) {
       result.seen = {};
       throw Stopped(stop::reason());
     }
+    hold_to_declaration(c.study, result.seen);
     for (const Check& check : c.checks) result.outcomes.push_back(judge(check, c, result.seen));
     result.verdict = overall(result.outcomes);
     const bool only_baseline = std::all_of(c.checks.begin(), c.checks.end(),
@@ -351,6 +352,9 @@ Result run_case(const Case& c, int threads) {
   } catch (...) {
     result.fail(current_failure());
   }
+  std::erase_if(result.seen.records, [](const observe::Record& record) {  // declared, and never filled
+    return record.columns.empty() || record.columns.front().size() == 0;
+  });
   result.warnings = progress.warnings();
   result.cost.finish("judge");
   const work::Counts after = work::done();
