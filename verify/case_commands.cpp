@@ -80,7 +80,14 @@ void plan_command(const Options& options) {
       left_out.push_back({{"module", l.module}, {"why", l.why}});
       if (!options.json) say("  left out  {:<12} {}\n", l.module, l.why);
     }
-    all.push_back({{"id", c.id}, {"built", built}, {"left_out", left_out}, {"measures", c.study.measures}});
+    Json measures = Json::array();
+    for (const observe::Metric& m : engine::measured(c.study)) {
+      measures.push_back({{"name", m.name}, {"dimension", m.dimension}, {"meaning", m.meaning}});
+      if (options.json) continue;
+      say("  measures  {}{}\n", m.name,
+          m.meaning.empty() ? "" : fmt::format("  [{}] {}", m.dimension, m.meaning));
+    }
+    all.push_back({{"id", c.id}, {"built", built}, {"left_out", left_out}, {"measures", measures}});
   }
   if (options.json) print_json(all);
 }

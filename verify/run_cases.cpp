@@ -194,7 +194,7 @@ class Runs {
       if (is_file) store(result);
       return result;
     }
-    result = engine::run_case(*c, threads_, options_.repeats);
+    result = engine::run_case(*c, threads_, options_.is_row ? options_.repeats : 0);
     store(result);
     return result;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cassert>
+#include <stdexcept>
 
 namespace veriflex::observe {
 
@@ -25,5 +26,19 @@ void Record::append(const std::vector<double>& row) {
 const Record* Observations::record(const std::string& name) const { return named(records, name); }
 
 const Metric* Observations::metric(const std::string& name) const { return named(metrics, name); }
+
+void Observations::set(const std::string& name, double value) {
+  const Metric* known = named(declared, name);
+  if (known == nullptr) throw std::logic_error("metric '" + name + "' is not declared");
+  if (metric(name) != nullptr) throw std::logic_error("metric '" + name + "' is set twice");
+  metrics.push_back({name, value, known->dimension, known->meaning});
+}
+
+Record& Observations::table(const std::string& name) {
+  const auto found =
+      std::find_if(records.begin(), records.end(), [&](const Record& r) { return r.name == name; });
+  if (found == records.end()) throw std::logic_error("record '" + name + "' is not declared");
+  return *found;
+}
 
 }  // namespace veriflex::observe

@@ -38,9 +38,15 @@ struct Metric {
 struct Observations {
   std::vector<Record> records;
   std::vector<Metric> metrics;
+  std::vector<Metric> declared{};  // what set() may set; their values mean nothing
 
   const Record* record(const std::string& name) const;
   const Metric* metric(const std::string& name) const;
+
+  /// Gives a declared metric its value, once. Throws std::logic_error for any other name.
+  void set(const std::string& name, double value);
+  /// The record of that name, to be filled. Throws std::logic_error when there is none.
+  Record& table(const std::string& name);
 };
 
 }  // namespace veriflex::observe

@@ -40,6 +40,9 @@ struct Scene {
   std::optional<fluid::Spec> fluid{};
   /// The deviations that the fluid starts from, by node; empty: at rest.
   std::function<fluid::Populations(std::int64_t node)> initial_flow{};
+  /// A force on every node at each step, beside that of the fluid's Spec and of first order  [M L^-2 T^-2];
+  /// empty: none.
+  std::function<Vec3(std::int64_t step)> uniform_force{};
   std::vector<Body> bodies{};
 };
 

@@ -37,7 +37,38 @@ Simulation::Simulation(Scene scene) {
     bodies_.push_back(std::make_unique<MovingBody>(std::move(body), scene.fluid ? &*scene.fluid : nullptr));
     if (bodies_.back()->is_coupled()) coupled_.push_back(bodies_.back().get());
   }
-  if (coupled_.size() > 1) reaction_ = std::make_unique<coupling::SummedForces>();
+  if (scene.fluid && scene.uniform_force)
+    uniform_ = std::make_unique<UniformForce>(*scene.fluid, scene.uniform_force);
+  if (coupled_.size() + (uniform_ ? 1 : 0) > 1) sum_ = std::make_unique<coupling::SummedForces>();
+}
+
+UniformForce::UniformForce(const fluid::Spec& fluid, std::function<Vec3(std::int64_t step)> force)
+    : force_(std::move(force)) {
+  std::vector<bool> is_solid(static_cast<std::size_t>(fluid.grid.count()), false);
+  for (const std::int64_t node : fluid.obstacle) is_solid[static_cast<std::size_t>(node)] = true;
+  for (std::int64_t node = 0; node < fluid.grid.count(); ++node) {
+    if (!is_solid[static_cast<std::size_t>(node)]) nodes_.push_back(node);
+  }
+  on_nodes_.resize(static_cast<Eigen::Index>(nodes_.size()), 3);
+}
+
+fluid::NodeForces UniformForce::at(std::int64_t step) {
+  on_nodes_.rowwise() = force_(step).transpose();
+  return {nodes_, &on_nodes_};
+}
+
+// What acts on single nodes in this step: reactions of bodies, and the uniform force.
+fluid::NodeForces Simulation::on_fluid() {
+  if (!sum_) {
+    if (uniform_) return uniform_->at(steps_);
+    return coupled_.empty() ? fluid::NodeForces{} : coupled_.front()->reaction();
+  }
+  sum_->clear();
+  const auto add = [this](const fluid::NodeForces& part) { sum_->add(part.nodes, *part.force); };
+  for (const MovingBody* body : coupled_) add(body->reaction());
+  if (uniform_) add(uniform_->at(steps_));
+  sum_->sum();
+  return {sum_->nodes(), &sum_->force()};
 }
 
 void Simulation::advance() {
@@ -48,21 +79,11 @@ void Simulation::advance() {
   for (const auto& body : bodies_) body->move();
   watch.lap(seconds_.solid);
 
-  fluid::NodeForces reaction{};
   for (MovingBody* body : coupled_) body->spread();
-  if (coupled_.size() == 1) reaction = coupled_.front()->reaction();
-  if (reaction_) {
-    reaction_->clear();
-    for (const MovingBody* body : coupled_) {
-      const fluid::NodeForces of_body = body->reaction();
-      reaction_->add(of_body.nodes, *of_body.force);
-    }
-    reaction_->sum();
-    reaction = {reaction_->nodes(), &reaction_->force()};
-  }
+  const fluid::NodeForces forces = on_fluid();
   watch.lap(seconds_.coupling);
 
-  if (fluid_) fluid_->collide_and_stream(reaction);
+  if (fluid_) fluid_->collide_and_stream(forces);
   watch.lap(seconds_.fluid);
   ++steps_;
 }

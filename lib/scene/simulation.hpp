@@ -22,6 +22,19 @@ struct State {
   std::vector<MovingBody::State> bodies;
 };
 
+/// The same force on every node outside of the obstacle, which changes with time.
+class UniformForce {
+ public:
+  UniformForce(const fluid::Spec& fluid, std::function<Vec3(std::int64_t step)> force);
+  /// At that step, until the next call.
+  fluid::NodeForces at(std::int64_t step);
+
+ private:
+  std::function<Vec3(std::int64_t)> force_;
+  std::vector<std::int64_t> nodes_;
+  Positions on_nodes_;
+};
+
 class Simulation {
  public:
   /// The bodies at rest and undeformed, in the scene's initial flow. Throws BadParameter and
@@ -56,11 +69,14 @@ class Simulation {
   const Seconds& seconds() const { return seconds_; }
 
  private:
+  fluid::NodeForces on_fluid();
+
   std::int64_t steps_ = 0;
-  std::unique_ptr<fluid::Fluid> fluid_;               // null without one
-  std::vector<std::unique_ptr<MovingBody>> bodies_;   // in the scene's order
-  std::vector<MovingBody*> coupled_;                  // those that meet the fluid
-  std::unique_ptr<coupling::SummedForces> reaction_;  // null unless several bodies are coupled
+  std::unique_ptr<fluid::Fluid> fluid_;              // null without one
+  std::vector<std::unique_ptr<MovingBody>> bodies_;  // in the scene's order
+  std::vector<MovingBody*> coupled_;                 // those that meet the fluid
+  std::unique_ptr<UniformForce> uniform_;            // null without one
+  std::unique_ptr<coupling::SummedForces> sum_;      // null unless several of these act on the fluid
   Seconds seconds_;
 };
 

@@ -37,20 +37,16 @@ def against_first_column(result, record, key):
 
 
 # Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others;
-# what `couette` holds is round-off; `stroke_compared` is in the figure of `stroke`.
+# `stroke_compared` is in the figure of `stroke`.
 KINDS = {
     "potential": (bond.potential_energy, bond.tension),
     "stress_strain": (bond.stress_strain, bond.curve_error, bond.moduli, bond.moduli_near_rest),
     "moduli": (bond.moduli, bond.moduli_near_rest),
     "convergence": (fluid.convergence,),
-    "work_precision": (fluid.work_precision, solid.period_precision),
-    "dispersion": (fluid.dispersion,),
-    "constants": (fluid.constants,),
-    "storage": (fluid.storage,),
+    "work_precision": (solid.period_precision,),
     "delta_sums": (coupling.delta_scan,),
     "delta_imbalances": (coupling.delta_scan,),
     "delta_first_moments": (coupling.delta_scan,),
-    "galilean": (fluid.galilean,),
     "boundary": (solid.boundary,),
     "elastica": (solid.elastica,),
     "buckling": (solid.buckling,),
@@ -58,13 +54,8 @@ KINDS = {
     "conservation": (fluid.conservation,),
     "elastica_exact": (),
     "profile": (fluid.profile,),
-    "slip": (fluid.slip,),
     "section": (fluid.section,),
-    "drag": (fluid.drag,),
-    "couette": (),
-    "drift_of_mass": (fluid.drift,),
-    "drift_of_momentum": (fluid.drift,),
-    "drift_of_staggered_momentum": (fluid.drift,),
+    "drift": (fluid.drift,),
     "substeps": (),  # drawn beside work_precision
     "bond_table": (peer.bond_table,),
     "angle_table": (peer.angle_table,),
@@ -112,7 +103,11 @@ def of_case(result, key):
     figures = []
     order = {name: place for place, name in enumerate(KINDS)}
     for record in sorted(result.records.values(), key=lambda record: order.get(record.name, len(order))):
-        kinds = () if is_table(record.name) else KINDS.get(record.name, (against_first_column,))
+        kinds = KINDS.get(record.name, (against_first_column,))
+        if is_table(record.name):
+            kinds = ()
+        elif studies.is_curve_of_numbers(record):
+            kinds = (studies.curve_of_numbers,)
         for draw in kinds:
             drawn = draw(result, record, f"{key}-{len(figures)}")
             if drawn is not None:

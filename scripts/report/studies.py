@@ -1,11 +1,15 @@
 """Figures of studies over a case: sweeps, boundaries of outcomes, ablations."""
 
-import numpy as np
+import re
 
-from report.drawing import Figure, canvas, column_label, inline_svg, label_points, legend_above, markers
+import numpy as np
+from matplotlib.lines import Line2D
+
+from report.drawing import MARK, Figure, canvas, column_label, drawable, inline_svg, label_points, legend_above, markers
 
 MANY_METRICS, MANY_LINES = 4, 8  # panels of a figure, curves of a panel
 WORDS_OF_ERRORS = ("error", "departure", "deviation", "difference")
+NORM = re.compile(r"_(l1|l2|linf)$")
 
 
 def parts(record):
@@ -24,9 +28,34 @@ def errors_of(metrics):
 
 
 def asked(result, metrics):
-    """The metrics worth a panel: errors, those that a check names, else the first."""
-    named = [m for m in metrics if any(m in check.metric for check in result.checks)]
-    return list(dict.fromkeys(named + errors_of(metrics) or metrics))[:MANY_METRICS]
+    """The metrics worth a panel: those that a check names, errors, else the first; exact ones go with their own."""
+    metrics = [m for m in metrics if not (m.endswith("_exact") and m.removesuffix("_exact") in metrics)]
+    named = [m for m in metrics if any(names(check.metric, m) for check in result.checks)]
+    return list(dict.fromkeys(named + errors_of(metrics) or metrics))
+
+
+def names(question, metric):
+    """Whether `order(error_l2) at ...` asks for that metric."""
+    return re.search(rf"(?<![\w.]){re.escape(metric)}(?![\w.])", question) is not None
+
+
+def in_panels(metrics):
+    """Metrics by panel: norms of one error share one."""
+    panels = {}
+    for metric in metrics:
+        panels.setdefault(NORM.sub("", metric), []).append(metric)
+    return list(panels.items())[:MANY_METRICS]
+
+
+def order_guide(panel, x, values):
+    """Dotted, the slope of the nearest whole order between the two last points, below its curve."""
+    drawn = (x > 0) & (values > 0)
+    x, values = x[drawn], values[drawn]
+    if len(x) < 2 or panel.get_xscale() != "log" or panel.get_yscale() != "log":
+        return
+    slope = round(np.log(values[-1] / values[-2]) / np.log(x[-1] / x[-2])) if x[-1] != x[-2] else 0
+    if slope != 0:
+        panel.plot(x, 0.5 * values[-1] * (x / x[-1]) ** slope, ":", color="#555555", linewidth=1)
 
 
 def lines(record, axes, x):
@@ -53,20 +82,33 @@ def scale(axes, x, y):
 def curves(record, chosen, x_name, x, caption):
     """A panel per metric: it against x, a curve for each value of the other axes."""
     axes, _, complete = parts(record)
-    chosen = [m for m in chosen if np.isfinite(record[m]).sum() >= 2]
+    chosen = in_panels([m for m in chosen if np.isfinite(record[m]).sum() >= 2])
     if not chosen:
         return None
     drawing, panels = canvas(len(chosen), height=1.3 + 2.2 * len(chosen), sharex=True)
     handles = []
-    for panel, metric in zip(panels, chosen):
+    for panel, (stem, metrics) in zip(panels, chosen):
+        own = []
         for number, ((label, rows), marker) in enumerate(zip(list(lines(record, axes, x_name))[:MANY_LINES], markers())):
             order = rows[np.argsort(x[rows], kind="stable")]
-            (handle,) = panel.plot(x[order], record[metric][order], marker + "-", color=f"C{number}", label=label)
-            if panel is panels[0] and label:
-                handles.append(handle)
-        scale(panel, x, record[metric])
-        panel.set_title(column_label(record.columns[metric]), loc="left", fontsize="small")
+            for metric, style in zip(metrics, ("-", "--", "-.")):
+                (handle,) = panel.plot(x[order], record[metric][order], marker + style, color=f"C{number}", label=label)
+                if len(metrics) > 1 and number == 0:
+                    own.append(Line2D([], [], linestyle=style, color="#555555", label=metric.removeprefix(stem).strip("_")))
+                if metric + "_exact" in record.columns:
+                    panel.plot(x[order], record[metric + "_exact"][order], "-", color="#222222", linewidth=0.7, zorder=1)
+                if panel is panels[0] and label and metric == metrics[0]:
+                    handles.append(handle)
+        scale(panel, x, np.concatenate([record[metric] for metric in metrics]))
+        _, rows = next(lines(record, axes, x_name))
+        if errors_of(metrics):
+            order_guide(panel, x[rows], record[metrics[0]][rows])
+        title = column_label(record.columns[metrics[0]]) if len(metrics) == 1 else f"{stem.strip('_').replace('_', ' ')} [1]"
+        exact = ", thin: exact" if any(metric + "_exact" in record.columns for metric in metrics) else ""
+        panel.set_title(title + exact, loc="left", fontsize="small")
         panel.margins(x=0.06, y=0.12)
+        if own:
+            panel.add_artist(panel.legend(handles=own, loc="best"))
     for row in np.flatnonzero(~complete & np.isfinite(x)):
         panels[-1].annotate("×", (x[row], 0), xycoords=("data", "axes fraction"), ha="center", color="#B03030")
     if panels[-1].get_xscale() == "log":
@@ -95,15 +137,17 @@ def sweep(result, record, key):
 
 
 def sweep_cost(result, record, key):
-    """Errors against run time, where rows ran one after another."""
+    """Errors against run time; of rows that ran side by side the first error only."""
     table = result.records.get("sweep")
-    if table is None or "one after another" not in record.title or "sweep_cost_front" in result.records:
+    if table is None or "sweep_cost_front" in result.records:
         return None
     axes, metrics, _ = parts(table)
     along = [name for name in axes if is_number(table, name) and len(set(table[name])) > 1]
-    caption = "What accuracy a second of computing buys. One run each: read the times to a factor of two."
+    in_turn = "one after another" in record.title
+    how = "One run each" if in_turn else "Runs side by side, with one thread each"
+    caption = f"What accuracy a second of computing buys. {how}: read the times to a factor of two."
     x_name = along[-1] if along else axes[-1]
-    drawn = curves(table, errors_of(metrics)[:MANY_METRICS], x_name, record["wall_seconds"], caption)
+    drawn = curves(table, errors_of(metrics)[: MANY_METRICS if in_turn else 1], x_name, record["wall_seconds"], caption)
     if drawn is None:
         return None
     panels, drawing, caption = drawn

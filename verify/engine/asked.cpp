@@ -38,12 +38,29 @@ const std::vector<std::string>& numbers_of_studies() {
   return names;
 }
 
+bool is_curve_of_numbers(const io::Table& check) { return check.has("curve") && check.has("of"); }
+
+std::string last_part(const std::string& path) { return path.substr(path.rfind('.') + 1); }
+
 Asked read_asked(const io::Table& check) {
-  Asked asked{.of = "value", .metric = check.text("metric"), .along = {}, .where = {}, .over = {}};
+  Asked asked{.of = "value", .metric = {}, .along = {}, .order = 0.0, .across = {}, .where = {}, .over = {}};
+  if (is_curve_of_numbers(check)) {
+    asked.metric = check.table("curve").text("y");
+    asked.across = check.table("curve").text("x");
+  } else {
+    asked.metric = check.text("metric");
+  }
   if (check.has("of")) asked.of = check.choice("of", numbers_of_studies());
   const std::vector<std::string> with_axis{"order", "richardson", "gci", "exponent"};
   if (std::find(with_axis.begin(), with_axis.end(), asked.of) != with_axis.end()) {
     asked.along = check.text("along");
+  }
+  if (asked.of == "richardson" && check.has("order")) {
+    asked.order = check.number("order");
+    if (!(asked.order > 0.0)) {
+      check.fail("order", fmt::format("'order' is {}", asked.order), "errors fall with the spacing",
+                 "Give for example 2, or leave it out: three rows then say it");
+    }
   }
   asked.where = read_pinned(check, "where");
   if (asked.of == "ratio") {

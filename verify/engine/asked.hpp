@@ -16,6 +16,8 @@ struct Asked {
   std::string of;      // one of numbers_of_studies()
   std::string metric;  // a column of the study's table
   std::string along;   // the axis of an order, a limit or an exponent; else empty
+  double order;        // of richardson, where it is known; else 0
+  std::string across;  // the axis of a curve of such numbers, one for each of its values; else empty
   Pinned where;        // which rows
   Pinned over;         // of a ratio: the row of its denominator, as far as it differs from `where`
 
@@ -27,7 +29,14 @@ struct Asked {
 /// value, min, max, mean, order, richardson, gci, exponent, ratio.
 const std::vector<std::string>& numbers_of_studies();
 
-/// Of a `[[check]]` with `metric`, and `of` (default: value), `along`, `where`, `over`. Throws InputError.
+/// Of a `[[check]]` with `metric`, and `of` (default: value), `along`, `where`, `over`; or of one with
+/// `curve` and `of`, whose `y` is the metric and whose `x` the axis across. Throws InputError.
 Asked read_asked(const io::Table& check);
+
+/// Whether a check asks for a curve of numbers of a study, not for a column of a record.
+bool is_curve_of_numbers(const io::Table& check);
+
+/// `relaxation_time` of `fluid.relaxation_time`: what such a curve's x is called.
+std::string last_part(const std::string& path);
 
 }  // namespace veriflex::engine

@@ -68,9 +68,10 @@ void compare_with_baseline(Case& c, const fs::path& case_folder, const fs::path&
                        [&](const Check& k) { return k.reference == index && k.measure == name; });
   };
   const Origin& origin = *baseline.origin;
+  const std::vector<std::string> measures = names_of(measured(c.study));
   for (const auto& [name, value] : baseline.values) {
     if (held_already(name)) continue;
-    if (std::find(c.study.measures.begin(), c.study.measures.end(), name) == c.study.measures.end()) {
+    if (std::find(measures.begin(), measures.end(), name) == measures.end()) {
       throw InputError({path.string()}, fmt::format("holds '{}', which is no longer measured", name),
                        fmt::format("the driver '{}' has no such metric", c.driver),
                        "Renew it: veriflex accept --replace");

@@ -170,11 +170,15 @@ Check read_check(const io::Table& s, Case& c, Shelf& shelf) {
   if (s.has("curve")) {
     const io::Table curve = s.table("curve");
     check.curve = Curve{curve.text("record"), curve.text("x"), curve.text("y")};
+    if (c.study.of_many_runs && is_curve_of_numbers(s)) {
+      const Asked asked = read_asked(s);
+      check.curve = Curve{asked.name(), last_part(asked.across), asked.metric};
+    }
     check.measure = check.curve->record + "." + check.curve->y;
   } else {
     check.measure = c.study.of_many_runs ? read_asked(s).name() : s.text("metric");
   }
-  const std::vector<std::string>& known = c.study.measures;
+  const std::vector<std::string> known = names_of(measured(c.study));
   if (std::find(known.begin(), known.end(), check.measure) == known.end()) {
     const std::string near = nearest_name(check.measure, known);
     s.fail(check.curve ? "curve" : "metric",

@@ -25,6 +25,13 @@ double order_of_three(const double* h, const double* f) {
   return bracketed_root(excess, sought.lo, sought.hi);
 }
 
+// f - f_0 of the finest grid.
+double beyond_limit(const std::vector<double>& spacing, const std::vector<double>& value, double order) {
+  const std::size_t last = value.size() - 1;
+  const double ratio = std::pow(spacing[last - 1] / spacing[last], order);
+  return (value[last - 1] - value[last]) / (ratio - 1.0);
+}
+
 }  // namespace
 
 std::vector<double> orders(const std::vector<double>& spacing, const std::vector<double>& error) {
@@ -42,12 +49,14 @@ Convergence converge(const std::vector<double>& spacing, const std::vector<doubl
   for (std::size_t i = 2; i < value.size(); ++i) {
     found.order.push_back(order_of_three(&spacing[i - 2], &value[i - 2]));
   }
-  const std::size_t last = value.size() - 1;
-  const double ratio = std::pow(spacing[last - 1] / spacing[last], found.order.back());
-  const double rest = (value[last - 1] - value[last]) / (ratio - 1.0);  // f - f_0
-  found.richardson = value[last] - rest;
+  const double rest = beyond_limit(spacing, value, found.order.back());
+  found.richardson = value.back() - rest;
   found.gci = 1.25 * std::abs(rest);
   return found;
+}
+
+double richardson(const std::vector<double>& spacing, const std::vector<double>& value, double order) {
+  return value.back() - beyond_limit(spacing, value, order);
 }
 
 PowerLaw power_law(const std::vector<double>& x, const std::vector<double>& value) {

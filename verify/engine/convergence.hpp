@@ -22,6 +22,9 @@ struct Convergence {
 /// At least three grids, the spacings falling.
 Convergence converge(const std::vector<double>& spacing, const std::vector<double>& value);
 
+/// f_0 from the two finest grids, where p is known.
+double richardson(const std::vector<double>& spacing, const std::vector<double>& value, double order);
+
 /// value = factor * x^exponent, by least squares of the logarithms. Everything must be positive.
 struct PowerLaw {
   double exponent, factor;

@@ -34,6 +34,22 @@ constexpr std::array renamed_keys{
     Renamed{"coupling", "iterations", "forcing_iterations"},
     Renamed{"immersed", "iterations", "forcing_iterations"},
     Renamed{"point", "live", "subcycled"},
+    Renamed{"galilean", "side", "nodes"},
+};
+
+// Lists of values that a case once ran one after the other: an axis of a sweep now.
+struct NowAxis {
+  std::string_view path, axis;
+};
+
+constexpr std::array now_axes{
+    NowAxis{"plane_wave.relaxation_times", "fluid.relaxation_time"},
+    NowAxis{"vortex.planes", "vortex.plane"},
+    NowAxis{"vortex.storages", "fluid.storage"},
+    NowAxis{"galilean.speeds", "galilean.speed"},
+    NowAxis{"channel.resolutions", "channel.nodes"},
+    NowAxis{"channel.relaxation_times", "fluid.relaxation_time"},
+    NowAxis{"channel.storages", "fluid.storage"},
 };
 
 // Values that are names too.
@@ -114,6 +130,12 @@ std::vector<InputError> old_names(const io::Table& top) {
     for (const std::string& what : old_in(entry)) {
       if (std::find(said.begin(), said.end(), what) == said.end()) said.push_back(what);
       errors.emplace_back(entry.place, what, "since schema 2", "Write the new name");
+    }
+    for (const NowAxis& one : now_axes) {
+      if (one.path != entry.path) continue;
+      errors.emplace_back(entry.place, fmt::format("'{}' is now an axis of a sweep", one.path),
+                          "a case measures one run, and its study makes many",
+                          fmt::format("Write [sweep] axes = [{{ key = \"{}\", values = [...] }}]", one.axis));
     }
   }
   const std::int64_t schema = top.integer("schema", 0, 1'000'000);

@@ -330,7 +330,7 @@ Phase time_of_a_run(const Case& c) {
   Cost cost;
   int runs = 0;
   do {
-    observe::Observations unused;
+    observe::Observations unused = begin(c.study);
     Cost phases;
     c.study.run(unused, silent, phases);
     cost.finish("run");
@@ -345,7 +345,7 @@ Phase time_of_a_run(const Case& c) {
 Result run_case(const Case& c, int threads, int repeats) {
   Result result{.c = c,
                 .provenance = provenance(threads),
-                .seen = {},
+                .seen = begin(c.study),
                 .outcomes = {},
                 .verdict = Verdict::error,
                 .error_kind = {},
@@ -363,6 +363,7 @@ Result run_case(const Case& c, int threads, int repeats) {
       result.seen = {};
       throw Stopped(stop::reason());
     }
+    hold_to_declaration(c.study, result.seen);
     for (const Check& check : c.checks) result.outcomes.push_back(judge(check, c, result.seen));
     result.verdict = overall(result.outcomes);
     const bool only_baseline = std::all_of(c.checks.begin(), c.checks.end(),
@@ -375,6 +376,9 @@ Result run_case(const Case& c, int threads, int repeats) {
   } catch (...) {
     result.fail(current_failure());
   }
+  std::erase_if(result.seen.records, [](const observe::Record& record) {  // declared, and never filled
+    return record.columns.empty() || record.columns.front().size() == 0;
+  });
   result.warnings = progress.warnings();
   result.cost.finish("judge");
   const work::Counts after = work::done();

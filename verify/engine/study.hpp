@@ -15,15 +15,30 @@ namespace veriflex::engine {
 
 struct Study {
   scene::Plan plan;
-  /// Everything a check may ask for: metric names, and `record.column` for curves.
-  std::vector<std::string> measures;
-  /// Runs the study and adds what it measures to the caller's observations as it goes, so that whatever ends
-  /// a run leaves what was seen until then. The result depends on nothing but the case: not on threads, time
-  /// or machine load. Throws NumericalFailure; an observe::Interrupted brings the last good state along.
+  /// What a run measures: metrics, whose values mean nothing yet, and records without rows. The one place
+  /// that says so; the run sets the values and appends the rows.
+  observe::Observations declares{};
+  /// Of drivers that give dimension and meaning as they measure: metric names, and `record.column`.
+  std::vector<std::string> measures{};
+  /// Runs the study on the caller's begin(), as it goes, so that whatever ends a run leaves what was seen
+  /// until then. The result depends on nothing but the case: not on threads, time or machine load. Throws
+  /// NumericalFailure; an observe::Interrupted brings the last good state along.
   std::function<void(observe::Observations&, Progress&, Cost&)> run;
   /// Whether it makes many runs of a case: its checks ask for numbers of several rows (engine::Asked).
   bool of_many_runs = false;
 };
+
+/// Everything a check may ask for: metrics, and `record.column` for curves. Dimension and meaning are empty
+/// where the driver does not declare them.
+std::vector<observe::Metric> measured(const Study& study);
+std::vector<std::string> names_of(const std::vector<observe::Metric>& metrics);
+
+/// What a run begins with: nothing measured, all that is declared.
+observe::Observations begin(const Study& study);
+
+/// Holds what a complete run has seen against what was declared. Throws std::logic_error for a metric that
+/// was declared and not measured, or the other way round.
+void hold_to_declaration(const Study& study, const observe::Observations& seen);
 
 /// A kind of study, by the name that `driver = "..."` gives in a case.
 struct Driver {

@@ -66,10 +66,12 @@ void run(const Ablation& ablation, Observations& seen, Progress& progress, engin
   cost.finish("rows");
   const Record table =
       table_of("ablate", fmt::format("{} with parts left out and put in", ablation.base.id), leading, rows);
-  seen.records.push_back(table);
+  seen.table("ablate") = table;
   if (ablation.workspace.shards == 1) seen.records.push_back(differences(ablation, table));
   seen.records.push_back(cost_table("ablate", ablation.timing, leading, rows));
-  count_rows(rows, seen, progress);
+  refuse_if_none_was_read(rows);
+  warn_of_failures(rows, progress);
+  count_rows(rows, seen);
   ablation.questions.answer(table, seen);
 }
 
@@ -107,18 +109,17 @@ std::vector<Variant> read_variants(const io::Table& table) {
 
 engine::Study read_ablate(const io::Table& table, const std::vector<io::Table>& checks, const Base& base,
                           engine::Study measure, const Workspace& workspace) {
-  const Ablation ablation{.base = base,
-                          .variants = read_variants(table),
-                          .timing = read_timing(table),
-                          .questions = read_questions(checks, "ablate", leading_columns(), measure.measures),
-                          .workspace = workspace};
+  const Ablation ablation{
+      .base = base,
+      .variants = read_variants(table),
+      .timing = read_timing(table),
+      .questions = read_questions(checks, "ablate", leading_columns(), engine::measured(measure)),
+      .workspace = workspace};
   std::vector<std::string> names;
   for (std::size_t i = 1; i < ablation.variants.size(); ++i) names.push_back(ablation.variants[i].name);
   measure.plan.built.push_back(
       {"ablate", fmt::format("the case beside {} variants: {}", names.size(), fmt::join(names, ", ")), 0.0});
-  measure.measures = ablation.questions.measures;
-  measure.measures.insert(measure.measures.end(), {"rows", "rows_completed"});
-  measure.of_many_runs = true;
+  declare(measure, ablation.questions);
   measure.run = [ablation](Observations& seen, Progress& progress, engine::Cost& cost) {
     run(ablation, seen, progress, cost);
   };

@@ -182,7 +182,7 @@ void run(const Boundary& b, Observations& seen, Progress& progress, engine::Cost
   const std::vector<Line> lines = search(b, progress);
   cost.finish("rows");
   const Record boundary = boundary_record(b, lines);
-  seen.records.push_back(boundary);
+  seen.table("outcome_boundary") = boundary;
 
   std::vector<Row> rows;
   std::vector<Column> leading = columns_of(b.axes);
@@ -199,7 +199,7 @@ void run(const Boundary& b, Observations& seen, Progress& progress, engine::Cost
   seen.records.push_back(table_of("outcome_boundary_rows", "Every run of the search", leading, rows));
   seen.records.push_back(cost_table("outcome_boundary", b.timing, leading, rows));
   refuse_if_none_was_read(rows);
-  seen.metrics.push_back({"rows", static_cast<double>(rows.size()), "1", "runs of the case"});
+  count_rows(rows, seen);
   for (const Line& line : lines) {
     if (line.first_change() == 0) {
       progress.warn(fmt::format("no change of the outcome between {} = {} and {}{}{}: every run is '{}'",
@@ -232,7 +232,7 @@ engine::Study read_boundary(const io::Table& table, const std::vector<io::Table>
       .whole_numbers = table.flag("whole_numbers", false),
       .points = static_cast<std::size_t>(table.has("points") ? table.integer("points", 2, 10'000) : 5),
       .accuracy = table.number("accuracy", 0.01),
-      .criterion = read_criterion(table, measure.measures),
+      .criterion = read_criterion(table, engine::names_of(engine::measured(measure))),
       .axes = read_axes(table),
       .timing = read_timing(table),
       .questions = {},
@@ -252,9 +252,7 @@ engine::Study read_boundary(const io::Table& table, const std::vector<io::Table>
        fmt::format("runs of the case along {} from {} to {}{}{}, {} to begin with", b.key, b.from, b.to,
                    b.axes.empty() ? "" : ", over ", in_words(b.axes), b.points * cells(b.axes).size()),
        0.0});
-  measure.measures = b.questions.measures;
-  measure.measures.emplace_back("rows");
-  measure.of_many_runs = true;
+  declare(measure, b.questions);
   measure.run = [b](Observations& seen, Progress& progress, engine::Cost& cost) {
     run(b, seen, progress, cost);
   };

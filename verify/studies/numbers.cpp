@@ -84,7 +84,8 @@ Curve curve_of(const Asked& asked, const Record& table) {
 
 double along_axis(const Asked& asked, const Record& table) {
   const Curve curve = curve_of(asked, table);
-  const std::size_t needed = asked.of == "order" || asked.of == "exponent" ? 2 : 3;
+  const bool three = asked.of == "gci" || (asked.of == "richardson" && asked.order == 0.0);
+  const std::size_t needed = three ? 3 : 2;
   if (curve.x.size() < needed) fail(asked, fmt::format("{} rows, {} are needed", curve.x.size(), needed));
   if (asked.of == "exponent") {
     const auto positive = [](double v) { return v > 0.0; };
@@ -100,6 +101,8 @@ double along_axis(const Asked& asked, const Record& table) {
   if (asked.of == "order") {
     value = engine::orders(h, curve.y).back();
     if (std::isnan(value)) fail(asked, "an error is zero or negative");
+  } else if (asked.order > 0.0) {
+    value = engine::richardson(h, curve.y, asked.order);
   } else {
     const engine::Convergence found = engine::converge(h, curve.y);
     value = asked.of == "richardson" ? found.richardson : found.gci;
@@ -148,6 +151,24 @@ observe::Metric number(const Asked& asked, const Record& table) {
   return {asked.name(), value_of(asked, table), pure ? "1" : metric->dimension, metric->meaning};
 }
 
+Record numbers_across(const Asked& asked, const Record& table) {
+  const Column& axis = *table.find(asked.across);
+  const Column* metric = table.find(asked.metric);
+  Record curve{asked.name(),
+               fmt::format("{} over {}", asked.name(), asked.across),
+               {{engine::last_part(asked.across), "", axis.dimension, axis.meaning, {}},
+                {asked.metric, "", metric == nullptr ? "1" : metric->dimension, asked.name(), {}}}};
+  for (const double x : axis.values) {
+    std::vector<double>& done = curve.columns[0].values;
+    if (std::find(done.begin(), done.end(), x) != done.end()) continue;
+    Asked here = asked;
+    here.where.emplace_back(asked.across, fmt::format("{}", x));
+    const double y = number(here, table).value;
+    curve.append({x, y});
+  }
+  return curve;
+}
+
 void check_asked(const Asked& asked, const Record& empty_table, const io::Table& check) {
   std::vector<std::string> names;
   for (const Column& column : empty_table.columns) names.push_back(column.name);
@@ -158,8 +179,9 @@ void check_asked(const Asked& asked, const Record& empty_table, const io::Table&
                fmt::format("it has: {}", fmt::join(names, ", ")),
                near.empty() ? "Choose one of these" : fmt::format("Did you mean '{}'?", near));
   };
-  need("metric", asked.metric);
+  need(asked.across.empty() ? "metric" : "curve", asked.metric);
   if (!asked.along.empty()) need("along", asked.along);
+  if (!asked.across.empty()) need("curve", asked.across);
   for (const auto& pin : asked.where) need("where", pin.first);
   for (const auto& pin : asked.over) need("over", pin.first);
 }

@@ -273,4 +273,16 @@ std::vector<Row> run_rows(const Base& base, const std::vector<Settings>& setting
   return Runner(base, settings, workspace, timing).run(phase, progress);
 }
 
+std::vector<observe::Record> records_of(const Base& base, const Row& row, const Workspace& workspace,
+                                        bool timed) {
+  std::vector<observe::Record> records = base.records;
+  if (records.empty()) return records;
+  const io::Hdf5File file(result_of(base, row.settings, folder_of_rows(base, workspace, timed)));
+  for (observe::Record& record : records) {
+    for (observe::Column& column : record.columns)
+      column.values = file.numbers(fmt::format("/records/{}/{}", record.name, column.name));
+  }
+  return records;
+}
+
 }  // namespace veriflex::studies

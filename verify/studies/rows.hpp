@@ -34,8 +34,9 @@ inline bool is_mine(const Workspace& workspace, std::size_t i) {
 struct Base {
   std::filesystem::path path;
   std::string id, text;
-  std::vector<std::string> overrides;  // without those of the study's own table
-  std::string name;                    // of the study's result
+  std::vector<std::string> overrides;      // without those of the study's own table
+  std::string name;                        // of the study's result
+  std::vector<observe::Record> records{};  // that a run declares, without rows
 };
 
 struct Row {
@@ -68,5 +69,9 @@ Timing read_timing(const io::Table& study);
 std::vector<Row> run_rows(const Base& base, const std::vector<std::vector<std::string>>& settings,
                           const Workspace& workspace, const Timing& timing, const std::string& phase,
                           Progress& progress);
+
+/// What the declared records of the case hold in a row that came to its end.
+std::vector<observe::Record> records_of(const Base& base, const Row& row, const Workspace& workspace,
+                                        bool timed);
 
 }  // namespace veriflex::studies

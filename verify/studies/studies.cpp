@@ -40,12 +40,13 @@ const std::vector<std::string>& tables() {
 namespace {
 
 // The case that the rows of its study vary.
-Base base_of(const engine::Case& c) {
+Base base_of(const engine::Case& c, const engine::Study& measure) {
   Base base{.path = std::filesystem::absolute(c.path),
             .id = c.id,
             .text = c.text,
             .overrides = {},
-            .name = c.name()};
+            .name = c.name(),
+            .records = measure.declares.records};
   for (const std::string& one : c.overrides) {
     const std::string key = one.substr(0, one.find_first_of(".="));
     if (std::find(tables().begin(), tables().end(), key) == tables().end()) base.overrides.push_back(one);
@@ -69,7 +70,7 @@ engine::Readers readers(const Workspace& workspace) {
               found = &kind;
             }
             if (found == nullptr) return measure;
-            return found->read(top.table(found->table), checks, base_of(c), std::move(measure), workspace);
+            return found->read(top.table(found->table), checks, base_of(c, measure), measure, workspace);
           }};
 }
 

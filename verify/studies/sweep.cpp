@@ -1,6 +1,7 @@
 #include "studies/sweep.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -138,7 +139,7 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
   const Record costs = cost_table("sweep", sweep.timing, leading, rows);
   std::vector<Record> fronts;
   if (!sweep.error.empty()) fronts = fronts_of(sweep, grid, table, costs);
-  seen.records.push_back(table);
+  seen.table("sweep") = table;
   for (std::size_t a = 0; a < sweep.axes.size(); ++a) {
     if (sweep.workspace.shards > 1 || spacings(sweep.axes[a].numbers).empty()) continue;
     // Between the outcome and the work stand the metrics.
@@ -147,9 +148,19 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
     seen.records.push_back(orders_along(a, sweep.axes, table, leading.size() + 1,
                                         static_cast<std::size_t>(work - table.columns.begin())));
   }
+  const auto last =
+      std::find_if(rows.rbegin(), rows.rend(), [](const Row& row) { return row.outcome == "completed"; });
+  if (last != rows.rend()) {  // by the order of the axes the finest
+    for (Record& record : records_of(sweep.base, *last, sweep.workspace, sweep.timing.timed)) {
+      record.title += fmt::format("; {}", fmt::join(last->settings, ", "));
+      seen.records.push_back(std::move(record));
+    }
+  }
   seen.records.push_back(costs);
   seen.records.insert(seen.records.end(), fronts.begin(), fronts.end());
-  count_rows(rows, seen, progress);
+  refuse_if_none_was_read(rows);
+  warn_of_failures(rows, progress);
+  count_rows(rows, seen);
   sweep.questions.answer(table, seen);
 }
 
@@ -168,16 +179,14 @@ engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& c
       .base = base,
       .axes = axes,
       .timing = read_timing(table),
-      .error = table.has("error") ? table.choice("error", measure.measures) : "",
+      .error = table.has("error") ? table.choice("error", engine::names_of(engine::measured(measure))) : "",
       .against_finest = table.has("reference") && table.choice("reference", {"finest"}) == "finest",
       .work = table.has("work") ? table.choice("work", counted) : "bytes_moved",
-      .questions = read_questions(checks, "sweep", columns_of(axes), measure.measures),
+      .questions = read_questions(checks, "sweep", columns_of(axes), engine::measured(measure)),
       .workspace = workspace};
   measure.plan.built.push_back(
       {"sweep", fmt::format("{} runs of the case, over {}", cells(axes).size(), in_words(axes)), 0.0});
-  measure.measures = sweep.questions.measures;
-  measure.measures.insert(measure.measures.end(), {"rows", "rows_completed"});
-  measure.of_many_runs = true;
+  declare(measure, sweep.questions);
   measure.run = [sweep](Observations& seen, Progress& progress, engine::Cost& cost) {
     run(sweep, seen, progress, cost);
   };

@@ -86,23 +86,37 @@ Record cost_table(const std::string& name, const Timing& timing, std::vector<Col
 
 void Questions::answer(const Record& table, observe::Observations& seen) const {
   for (const engine::Asked& one : asked) {
-    if (seen.metric(one.name()) == nullptr) seen.metrics.push_back(number(one, table));
+    if (!one.across.empty()) {
+      seen.table(one.name()) = numbers_across(one, table);
+    } else if (seen.metric(one.name()) == nullptr) {
+      seen.metrics.push_back(number(one, table));
+    }
   }
 }
 
 Questions read_questions(const std::vector<io::Table>& checks, const std::string& name,
-                         const std::vector<Column>& leading,
-                         const std::vector<std::string>& measured_by_a_run) {
+                         const std::vector<Column>& leading, const std::vector<Metric>& measured_by_a_run) {
   Record table{name, "", leading};
-  for (const std::string& measure : measured_by_a_run) table.columns.push_back({measure, "", "1", "", {}});
-  for (const work::Field& field : work::fields) table.columns.push_back({field.name, "", "1", "", {}});
+  for (const Metric& metric : measured_by_a_run)
+    table.columns.push_back({metric.name, "", metric.dimension, metric.meaning, {}});
+  for (const work::Field& field : work::fields)
+    table.columns.push_back({field.name, "", "1", field.meaning, {}});
   Questions questions;
-  for (const Column& column : table.columns) questions.measures.push_back(name + "." + column.name);
+  questions.declares.records.push_back(table);
   for (const io::Table& check : checks) {
-    if (!check.has("metric")) continue;
-    questions.asked.push_back(engine::read_asked(check));
-    check_asked(questions.asked.back(), table, check);
-    questions.measures.push_back(questions.asked.back().name());
+    if (!check.has("metric") && !engine::is_curve_of_numbers(check)) continue;
+    const engine::Asked asked = engine::read_asked(check);
+    check_asked(asked, table, check);
+    const Column& metric = *table.find(asked.metric);
+    if (asked.across.empty()) {
+      questions.declares.metrics.push_back({asked.name(), {}, metric.dimension, metric.meaning});
+    } else {
+      questions.declares.records.push_back({asked.name(),
+                                            "",
+                                            {{engine::last_part(asked.across), "", "1", "", {}},
+                                             {asked.metric, "", metric.dimension, "", {}}}});
+    }
+    questions.asked.push_back(asked);
   }
   return questions;
 }
@@ -117,18 +131,26 @@ void refuse_if_none_was_read(const std::vector<Row>& rows) {
   }
 }
 
-void count_rows(const std::vector<Row>& rows, observe::Observations& seen, Progress& progress) {
-  refuse_if_none_was_read(rows);
-  double completed = 0.0;
+void count_rows(const std::vector<Row>& rows, observe::Observations& seen) {
+  const auto completed =
+      std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.outcome == "completed"; });
+  seen.set("rows", static_cast<double>(rows.size()));
+  seen.set("rows_completed", static_cast<double>(completed));
+}
+
+void warn_of_failures(const std::vector<Row>& rows, Progress& progress) {
   for (const Row& row : rows) {
-    if (row.outcome == "completed") {
-      ++completed;
-    } else {
+    if (row.outcome != "completed")
       progress.warn(fmt::format("row {}: {}: {}", fmt::join(row.settings, " "), row.outcome, row.message));
-    }
   }
-  seen.metrics.push_back({"rows", static_cast<double>(rows.size()), "1", "runs of the case"});
-  seen.metrics.push_back({"rows_completed", completed, "1", "runs that came to their end"});
+}
+
+void declare(engine::Study& study, const Questions& questions) {
+  study.measures.clear();
+  study.declares = questions.declares;
+  study.declares.metrics.push_back({"rows", {}, "1", "runs of the case"});
+  study.declares.metrics.push_back({"rows_completed", {}, "1", "runs that came to their end"});
+  study.of_many_runs = true;
 }
 
 }  // namespace veriflex::studies

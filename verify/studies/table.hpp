@@ -20,7 +20,7 @@ observe::Record cost_table(const std::string& name, const Timing& timing,
 /// What the checks of a case ask of its study.
 struct Questions {
   std::vector<engine::Asked> asked;
-  std::vector<std::string> measures;  // their names, and the table's columns for curves
+  observe::Observations declares;  // the numbers, and the table without rows
 
   /// Adds the numbers to what was seen. Throws NumericalFailure when the table does not give one.
   void answer(const observe::Record& table, observe::Observations& seen) const;
@@ -30,14 +30,19 @@ struct Questions {
 /// measures. Throws InputError at a check that asks for what the table cannot have.
 Questions read_questions(const std::vector<io::Table>& checks, const std::string& name,
                          const std::vector<observe::Column>& leading,
-                         const std::vector<std::string>& measured_by_a_run);
+                         const std::vector<observe::Metric>& measured_by_a_run);
 
 /// Throws InputError when a reader has refused all rows: the study, not the scene, is then what cannot be
 /// used.
 void refuse_if_none_was_read(const std::vector<Row>& rows);
 
-/// Warns of rows that are not complete, and counts them: metrics `rows`, `rows_completed`. Throws as
-/// refuse_if_none_was_read().
-void count_rows(const std::vector<Row>& rows, observe::Observations& seen, Progress& progress);
+/// Metrics `rows` and `rows_completed`.
+void count_rows(const std::vector<Row>& rows, observe::Observations& seen);
+
+/// Warns of rows that did not come to their end.
+void warn_of_failures(const std::vector<Row>& rows, Progress& progress);
+
+/// Makes the study of one run one of many, which measures what its checks ask for, and those two metrics.
+void declare(engine::Study& study, const Questions& questions);
 
 }  // namespace veriflex::studies

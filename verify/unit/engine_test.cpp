@@ -85,6 +85,11 @@ Case shipped(const std::string& id) {
   return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, studies::readers(), references);
 }
 
+// As a row of its study reads it, where it has one.
+Case one_run_of(const std::string& id) {
+  return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, studies::readers_of_row(), references);
+}
+
 std::string named(const std::string& text, const std::string& id) {
   return replaced(text, "id = \"bad\"", "id = \"" + id + "\"");
 }
@@ -170,10 +175,11 @@ TEST_CASE("Exit codes: the first of 4, 2, 3, 1") {
 }
 
 TEST_CASE("The same case gives the same bits, whatever the number of threads") {
-  for (const std::string id : {"tensile-fene-lj-curve", "derive-fene-lj", "elastica-chain-fene-lj",
-                               "buckling-chain", "torsion-harmonic", "integrator-fene-lj",
-                               "dispersion-chain-fene-lj", "wave-sound-axis", "vortex-planes"}) {
-    const Case c = shipped(id);
+  for (const std::string id :
+       {"tensile-fene-lj-curve", "derive-fene-lj", "elastica-chain-fene-lj", "buckling-chain",
+        "torsion-harmonic", "integrator-fene-lj", "dispersion-chain-fene-lj", "wave-sound-axis",
+        "vortex-planes", "channel-womersley", "conservation-closed"}) {
+    const Case c = one_run_of(id);
     const Result one = run_with(c, 1);
     const Result again = run_with(c, 1);
     const Result two = run_with(c, 2);
@@ -193,6 +199,28 @@ TEST_CASE("The same case gives the same bits, whatever the number of threads") {
       }
     }
   }
+}
+
+TEST_CASE("What a run declares and what it measures are the same, else the program is wrong") {
+  const auto ends = [](auto run) {
+    Case c{};
+    c.id = "made-up";
+    c.study.declares.metrics = {{"length", {}, "L", ""}};
+    c.study.declares.records = {{"line", "", {{"x", "", "L", "", {}}}}};
+    c.study.run = [run](observe::Observations& seen, Progress&, Cost&) { run(seen); };
+    return run_case(c, 1);
+  };
+  const Result whole = ends([](observe::Observations& seen) { seen.set("length", 1.0); });
+  CHECK(whole.verdict == Verdict::measured);
+  CHECK(whole.seen.records.empty());  // nothing was put into the line
+  const Result lacks = ends([](observe::Observations&) {});
+  CHECK(lacks.error_kind == "internal");
+  CHECK_THAT(lacks.error_message, ContainsSubstring("'length' is declared and was not measured"));
+  const Result more = ends([](observe::Observations& seen) {
+    seen.set("length", 1.0);
+    seen.metrics.push_back({"width", 1.0, "L", ""});
+  });
+  CHECK_THAT(more.error_message, ContainsSubstring("'width' was measured and is not declared"));
 }
 
 TEST_CASE("A result file gives back what was put in") {

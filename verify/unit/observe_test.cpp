@@ -7,7 +7,7 @@
 #include "observe/check.hpp"
 #include "observe/field.hpp"
 #include "observe/interrupted.hpp"
-#include "observe/monitor.hpp"
+#include "observe/run.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -61,31 +61,58 @@ TEST_CASE("The monitor names step, node, quantity, value and bound") {
   CHECK(complaint(*with_one(13, 1.0, {0.0, 0.0, 0.2}), {.every = 1, .mach_limit = 0.4}) == "none");
 }
 
-TEST_CASE("The monitor checks when it is due") {
-  const std::unique_ptr<fluid::Fluid> fast =
-      fluid::make_fluid({.grid = {{4, 4, 4}}, .relaxation_time = 0.8, .body_force = {0.1, 0.0, 0.0}});
-  observe::Monitor monitor(*fast, {.every = 10, .mach_limit = 0.3});
-  for (int step = 0; step < 9; ++step) CHECK_NOTHROW(monitor.step());
-  CHECK_THROWS_WITH(monitor.step(), ContainsSubstring("step 10, node (0, 0, 0)"));
+namespace {
+
+/// At rest, under a force that soon makes it too fast.
+scene::Simulation accelerated() {
+  return scene::Simulation(
+      {.fluid = fluid::Spec{.grid = {{4, 4, 4}}, .relaxation_time = 0.8, .body_force = {0.1, 0.0, 0.0}}});
 }
 
-TEST_CASE("A monitor checks before the first step, after the last, and keeps what it saw last") {
+}  // namespace
+
+TEST_CASE("A run checks its fluid when that is due") {
+  scene::Simulation fast = accelerated();
+  Progress progress("test");
+  observe::Run run(fast, {.every = 10, .mach_limit = 0.3}, {}, "", progress);
+  CHECK_NOTHROW(run.advance(9, 10));
+  CHECK_THROWS_WITH(run.advance(1, 10), ContainsSubstring("step 10, node (0, 0, 0)"));
+}
+
+TEST_CASE("A run checks its fluid before the first step, after the last, and keeps what it saw last") {
   const MonitorSpec rarely{.every = 1000, .mach_limit = 0.3};
-  CHECK_THROWS_AS(observe::Monitor(*with_one(13, NAN, Vec3::Zero()), rarely), NumericalFailure);
-  const std::unique_ptr<fluid::Fluid> fast =
-      fluid::make_fluid({.grid = {{4, 4, 4}}, .relaxation_time = 0.8, .body_force = {0.1, 0.0, 0.0}});
-  observe::Monitor monitor(*fast, rarely);
-  for (int step = 0; step < 5; ++step) {
-    CHECK_NOTHROW(monitor.step());
-  }
+  Progress progress("test");
+  scene::Simulation broken({.fluid = fluid::Spec{.grid = {{4, 3, 2}}, .relaxation_time = 0.8},
+                            .initial_flow = [](std::int64_t node) {
+                              return fluid::equilibrium(node == 13 ? NAN : 1.0, Vec3::Zero());
+                            }});
+  CHECK_THROWS_AS(observe::Run(broken, rarely, {}, "", progress), NumericalFailure);
+  scene::Simulation fast = accelerated();
+  observe::Run run(fast, rarely, {}, "", progress);
+  CHECK_NOTHROW(run.advance(5, 5));
   try {
-    monitor.at_end();
+    run.finish();
     FAIL("it saw nothing");
   } catch (const observe::Interrupted& failure) {
     CHECK_THAT(failure.what(), ContainsSubstring("step 5"));
     REQUIRE(failure.seen.metric("last_good_step") != nullptr);
     CHECK(failure.seen.metric("last_good_step")->value == 0.0);
   }
+}
+
+TEST_CASE("A metric is set once, and only if it was declared") {
+  observe::Observations seen;
+  seen.declared = {{"length", {}, "L", "of a rod"}};
+  seen.records = {{"line", "", {{"x", "", "L", "", {}}}}};
+  seen.set("length", 2.0);
+  REQUIRE(seen.metric("length") != nullptr);
+  CHECK(seen.metric("length")->value == 2.0);
+  CHECK(seen.metric("length")->meaning == "of a rod");
+  CHECK_THROWS_AS(seen.set("length", 3.0), std::logic_error);
+  CHECK_THROWS_AS(seen.set("width", 3.0), std::logic_error);
+  seen.table("line").append({1.0});
+  CHECK(seen.record("line")->columns[0].values == std::vector<double>{1.0});
+  CHECK_THROWS_AS(seen.table("plane"), std::logic_error);
 }
 
 TEST_CASE("Lines and planes are the nodes of the grid that they say") {
@@ -315,7 +342,7 @@ radius = 2.9773
 
 [channel]
 flow = "array"
-resolutions = [8, 24]
+nodes = 24
 
 [[check]]
 kind = "verification"
@@ -361,7 +388,7 @@ relaxation_time = 1.0
 
 [channel]
 flow = "duct"
-resolutions = [4, 8]
+nodes = 8
 velocity = 0.02
 
 [[check]]
@@ -376,18 +403,6 @@ tolerance = { relative = 0.06, floor = 1.0, reason = "8 nodes" }
   // The series at z = 9/16, over that on the axis.
   CHECK(verdict_of("position,middle\n0.0625,0.2581\n0.4375,0.9736\n") == 0);
   CHECK(verdict_of("position,middle\n0.0625,0.2581\n0.4375,0.85\n") == 1);
-}
-
-TEST_CASE("A plan counts all runs that go on at the same time") {
-  const unit::Folder folder;
-  const auto megabytes = [&](const std::string& id) {
-    const unit::Ran ran = folder.run({"plan", VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml"});
-    CHECK(ran.code == 0);
-    return ran.out;
-  };
-  CHECK_THAT(megabytes("vortex-planes"), ContainsSubstring("1 at a time"));
-  CHECK_THAT(megabytes("conservation-closed"), ContainsSubstring("the largest of 4 runs"));
-  CHECK_THAT(megabytes("channel-womersley"), ContainsSubstring("what is kept of the flow"));
 }
 
 TEST_CASE("A box beyond the memory is refused by plan, validate and run alike") {

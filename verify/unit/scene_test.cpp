@@ -201,6 +201,20 @@ TEST_CASE("A body in another fluid's scene that meets none moves as it does alon
   CHECK(with.body().touched_nodes() == 0);
 }
 
+TEST_CASE("A uniform force gives each node its share, beside the reaction of a body") {
+  const fluid::Spec fluid = box(fluid::Storage::Double);
+  const auto volume = static_cast<double>(fluid.grid.count());
+  const auto force = [](std::int64_t step) { return Vec3(1e-6 * static_cast<double>(step), 0.0, 2e-6); };
+  for (const bool with_body : {false, true}) {
+    scene::Scene scene{.fluid = fluid, .uniform_force = force};
+    if (with_body) scene.bodies = {sphere({12.0, 7.0, 7.0})};
+    if (with_body) scene.bodies.front().conditions.load.setZero();
+    scene::Simulation simulation(std::move(scene));
+    for (int step = 0; step < 4; ++step) simulation.advance();
+    CHECK((simulation.momentum() - volume * Vec3(6e-6, 0.0, 8e-6)).norm() < 1e-12);
+  }
+}
+
 TEST_CASE("What a scene does not name costs neither memory nor a call") {
   const auto largest_of = [](const scene::Scene& scene) {
     std::size_t largest = 0;

@@ -200,10 +200,10 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
                                  "t.has(key",
                                  "table.choice(key"});
   Names spelt = source.keys;
-  add(spelt, {"absolute",  "relative",     "digits",  "strains",      "stresses",      "<path>",
-              "walls_x",   "walls_y",      "walls_z", "low_velocity", "high_velocity", "body_force",
-              "direction", "polarization", "planes",  "storages",     "centre",        "marker_spacing",
-              "boxes",     "axes",         "values",  "where",        "over"});
+  add(spelt, {"absolute",  "relative",     "digits",  "strains",        "stresses",      "<path>",
+              "walls_x",   "walls_y",      "walls_z", "low_velocity",   "high_velocity", "body_force",
+              "direction", "polarization", "centre",  "marker_spacing", "boxes",         "axes",
+              "values",    "where",        "over"});
   for (const bond::LawInfo& law : bond::laws()) {
     for (const bond::ParameterInfo& p : law.parameters) {
       INFO(law.name << " has " << p.name);

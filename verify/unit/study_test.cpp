@@ -103,6 +103,8 @@ TEST_CASE("Numbers of a table are those of its definition") {
         Approx(-2.0));
   CHECK(number_of("metric = \"value\"\nof = \"richardson\"\nalong = \"a.n\"\nwhere = { \"a.factor\" = 3 }") ==
         Approx(5.0));
+  CHECK(number_of("metric = \"value\"\nof = \"richardson\"\nalong = \"a.n\"\norder = 2\nwhere = { "
+                  "\"a.factor\" = 3 }") == Approx(5.0));
   CHECK(number_of("metric = \"error\"\nof = \"ratio\"\nwhere = { \"a.factor\" = 3.0, \"a.n\" = 8 }\nover = { "
                   "\"a.factor\" = 1 }") == Approx(3.0));
 }
@@ -112,6 +114,19 @@ TEST_CASE("A number of a study is called by all that it asks") {
         "order(e) along a.n at a.f = 1");
   CHECK(asked("metric = \"e\"\nof = \"ratio\"\nwhere = { a = 1, b = 2 }\nover = { a = 3 }").name() ==
         "ratio(e) at a = 1, b = 2 over a = 3");
+}
+
+TEST_CASE("A curve has the number at each value of the axis across") {
+  const engine::Asked asked_for = asked(
+      "curve = { record = \"sweep\", x = \"a.factor\", y = \"value\" }\nof = \"richardson\"\nalong = "
+      "\"a.n\"");
+  const observe::Record curve = numbers_across(asked_for, table_of_errors());
+  REQUIRE(curve.columns.size() == 2);
+  CHECK(curve.columns[0].name == "factor");
+  CHECK(curve.columns[0].values == std::vector<double>{1.0, 3.0});
+  REQUIRE(curve.columns[1].name == "value");
+  CHECK(curve.columns[1].values[0] == Approx(5.0));
+  CHECK(curve.columns[1].values[1] == Approx(5.0));
 }
 
 TEST_CASE("What a table does not give is said, never guessed") {

@@ -6,10 +6,8 @@
 
 #include "base/reduce.hpp"
 #include "engine/read_scene.hpp"
-#include "measures/at_once.hpp"
 #include "measures/drivers.hpp"
-#include "measures/fluid/run_fluid.hpp"
-#include "measures/for_all.hpp"
+#include "observe/run.hpp"
 
 // A disordered but smooth start, and what must not change of it: mass, momentum beyond what the force gave,
 // and the staggered momentum, which D3Q15 conserves too because every moving population flips the parity of x
@@ -19,24 +17,21 @@ namespace veriflex::measures {
 
 namespace {
 
-using fluid::Scheme;
-using fluid::Storage;
 using fluid::Totals;
 using observe::Observations;
-using observe::Record;
 
 struct Conservation {
   fluid::Spec fluid;
   std::int64_t steps;
   double velocity;   // of each wave of the start; its density waves are as strong  [L T^-1]
-  double staggered;  // checkerboard velocity of the runs that start with one  [L T^-1]
+  double staggered;  // checkerboard velocity of the start  [L T^-1]
   observe::MonitorSpec monitor;
-
-  /// Walls and obstacles take up momentum: there only the mass stays.
-  bool periodic() const {
-    return fluid.obstacle.empty() && !fluid.walls[0] && !fluid.walls[1] && !fluid.walls[2];
-  }
 };
+
+/// Walls and obstacles take up momentum: there only the mass stays.
+bool is_periodic(const fluid::Spec& fluid) {
+  return fluid.obstacle.empty() && !fluid.walls[0] && !fluid.walls[1] && !fluid.walls[2];
+}
 
 constexpr int samples = 20;
 constexpr int waves = 8;
@@ -68,136 +63,79 @@ std::vector<Wave> disorder(const Grid& grid) {
   return all;
 }
 
-struct Piece {
-  Storage storage;
-  Scheme scheme;
-  bool staggered;  // starts with a checkerboard
-};
-
-std::string name_of(const Piece& piece) {
-  return fmt::format("{}_{}", row_of(fluid::storages, piece.storage).id,
-                     piece.staggered ? "staggered" : row_of(fluid::schemes, piece.scheme).id);
+scene::Scene starting(const Conservation& study) {
+  const Grid grid = study.fluid.grid;
+  return {.fluid = study.fluid, .initial_flow = [study, grid, all = disorder(grid)](std::int64_t node) {
+            const auto [x, y, z] = grid.node(node);
+            double rho = 1.0;
+            Vec3 u = Vec3::Zero();
+            for (const Wave& wave : all) {
+              const double angle = wave.k[0] * static_cast<double>(x) + wave.k[1] * static_cast<double>(y) +
+                                   wave.k[2] * static_cast<double>(z) + wave.phase;
+              rho += study.velocity * wave.density * std::cos(angle);
+              u += study.velocity * wave.velocity * std::cos(angle);
+            }
+            u[0] += (x + y + z) % 2 == 0 ? study.staggered : -study.staggered;
+            return fluid::equilibrium(rho, u);
+          }};
 }
 
-void start(fluid::Fluid& fluid, const Conservation& study, const Piece& piece) {
-  const std::vector<Wave> all = disorder(fluid.spec().grid);
-  fluid.start([&](std::int64_t node) {
-    const auto [x, y, z] = fluid.spec().grid.node(node);
-    double rho = 1.0;
-    Vec3 u = Vec3::Zero();
-    for (const Wave& wave : all) {
-      const double angle = wave.k[0] * static_cast<double>(x) + wave.k[1] * static_cast<double>(y) +
-                           wave.k[2] * static_cast<double>(z) + wave.phase;
-      rho += study.velocity * wave.density * std::cos(angle);
-      u += study.velocity * wave.velocity * std::cos(angle);
-    }
-    if (piece.staggered) u[0] += (x + y + z) % 2 == 0 ? study.staggered : -study.staggered;
-    return fluid::equilibrium(rho, u);
-  });
-}
-
-/// Changes since the start, per node.
-struct Drift {
-  std::vector<double> mass, momentum, staggered;
-};
-
-fluid::Spec spec_of(const Conservation& study, const Piece& piece) {
-  fluid::Spec spec = study.fluid;
-  spec.storage = piece.storage;
-  spec.scheme = piece.scheme;
-  return spec;
-}
-
-Drift drift_of(const Conservation& study, const Piece& piece) {
-  const fluid::Spec spec = spec_of(study, piece);
-  const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
-  start(*fluid, study, piece);
-  const Totals before = fluid->totals();
-  const auto volume = static_cast<double>(spec.grid.count());
-  Drift drift;
-  observe::Monitor monitor(*fluid, study.monitor);
-  for (int i = 1; i <= samples; ++i) {
-    run_steps(study.steps * i / samples - fluid->steps(), monitor);
-    const Totals now = fluid->totals();
-    const Vec3 given = static_cast<double>(fluid->steps()) * volume * spec.body_force;
-    drift.mass.push_back(std::abs(now.mass_deviation - before.mass_deviation) / volume);
-    drift.momentum.push_back((now.momentum - before.momentum - given).norm() / volume);
-    drift.staggered.push_back((now.staggered_momentum - before.staggered_momentum).norm() / volume);
-  }
-  monitor.at_end();
-  return drift;
-}
-
-double largest(const std::vector<double>& values) {
-  double worst = 0.0;
-  for (const double value : values) worst = worse(worst, value);
-  return worst;
-}
-
-std::vector<Piece> pieces_of(const Conservation& study) {
-  std::vector<Piece> pieces;
-  for (const Named<Storage>& row : fluid::storages) {
-    const Storage storage = row.value;
-    for (const Named<Scheme>& scheme : fluid::schemes) pieces.push_back({storage, scheme.value, false});
-    if (study.periodic()) pieces.push_back({storage, Scheme::FirstOrder, true});
-  }
-  return pieces;
-}
-
-/// What is recorded of each run: one record per quantity, one column per run, and its largest as a metric.
-struct Quantity {
-  const char* record;
-  const char* title;
-  const char* metric;
+/// What is kept, how far it has moved since the start, per node.
+struct Kept {
+  const char* name;
   const char* dimension;
   const char* meaning;
-  std::vector<double> Drift::*values;
+  double (*drift)(const Totals& before, const Totals& now, const Vec3& given);
 };
 
-std::vector<Quantity> quantities(const Conservation& study) {
-  std::vector<Quantity> all{{"drift_of_mass", "Departure of the mass, per node", "mass_", "M L^-3",
-                             "largest departure, per node", &Drift::mass}};
-  if (!study.periodic()) return all;
-  all.push_back({"drift_of_momentum", "Departure of the momentum from that at the start plus n g V, per node",
-                 "momentum_", "M L^-2 T^-1", "largest departure from the start plus n g V, per node",
-                 &Drift::momentum});
-  all.push_back({"drift_of_staggered_momentum", "Departure of the staggered momentum, per node",
-                 "staggered_momentum_", "M L^-2 T^-1", "largest departure, per node", &Drift::staggered});
+std::vector<Kept> kept(const fluid::Spec& fluid) {
+  std::vector<Kept> all{{"mass", "M L^-3", "departure of the mass from that at the start, per node",
+                         [](const Totals& before, const Totals& now, const Vec3&) {
+                           return std::abs(now.mass_deviation - before.mass_deviation);
+                         }}};
+  if (!is_periodic(fluid)) return all;
+  all.push_back({"momentum", "M L^-2 T^-1",
+                 "departure of the momentum from that at the start plus n g V, per node",
+                 [](const Totals& before, const Totals& now, const Vec3& given) {
+                   return (now.momentum - before.momentum - given).norm();
+                 }});
+  all.push_back({"staggered_momentum", "M L^-2 T^-1", "departure of the staggered momentum, per node",
+                 [](const Totals& before, const Totals& now, const Vec3&) {
+                   return (now.staggered_momentum - before.staggered_momentum).norm();
+                 }});
   return all;
 }
 
-Record steps_record(const Conservation& study, const Quantity& quantity) {
-  Record record{quantity.record, quantity.title, {{"step", "t", "T", "", {}}}};
-  for (int i = 1; i <= samples; ++i) {
-    record.columns.front().values.push_back(static_cast<double>(study.steps * i / samples));
+Observations declared(const fluid::Spec& fluid) {
+  Observations all;
+  all.records = {{"drift", "What should not change, against time", {{"step", "t", "T", "", {}}}}};
+  for (const Kept& one : kept(fluid)) {
+    all.records[0].columns.push_back({one.name, "", one.dimension, one.meaning, {}});
+    all.metrics.push_back({one.name, {}, one.dimension, std::string("largest ") + one.meaning});
   }
-  return record;
+  return all;
 }
 
 void run(const Conservation& study, Observations& seen, Progress& progress) {
-  const std::vector<Piece> pieces = pieces_of(study);
-  const std::vector<Quantity> wanted = quantities(study);
-  for (const Quantity& quantity : wanted) seen.records.push_back(steps_record(study, quantity));
-  std::vector<Drift> drifts(pieces.size());
-  for_all(
-      pieces.size(), "runs", progress, [&](std::size_t i) { drifts[i] = drift_of(study, pieces[i]); },
-      [&](std::size_t i) {
-        for (std::size_t k = 0; k < wanted.size(); ++k) {
-          const std::vector<double>& values = drifts[i].*wanted[k].values;
-          seen.records[k].columns.push_back(
-              {name_of(pieces[i]), "", wanted[k].dimension, "storage and force scheme", values});
-          seen.metrics.push_back({wanted[k].metric + name_of(pieces[i]), largest(values), wanted[k].dimension,
-                                  wanted[k].meaning});
-        }
-      });
-}
-
-std::vector<std::string> measures_of(const Conservation& study) {
-  std::vector<std::string> measures;
-  for (const Piece& piece : pieces_of(study)) {
-    for (const Quantity& quantity : quantities(study)) measures.push_back(quantity.metric + name_of(piece));
+  scene::Simulation simulation(starting(study));
+  const Totals before = simulation.fluid().totals();
+  const auto volume = static_cast<double>(study.fluid.grid.count());
+  const std::vector<Kept> all = kept(study.fluid);
+  std::vector<double> largest(all.size(), 0.0);
+  observe::Run run(simulation, study.monitor, {}, "", progress);
+  for (int i = 1; i <= samples; ++i) {
+    run.advance(study.steps * i / samples - simulation.steps(), study.steps);
+    const Totals now = simulation.fluid().totals();
+    const Vec3 given = static_cast<double>(simulation.steps()) * volume * study.fluid.body_force;
+    std::vector<double> row{static_cast<double>(simulation.steps())};
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      row.push_back(all[k].drift(before, now, given) / volume);
+      largest[k] = worse(largest[k], row.back());
+    }
+    seen.table("drift").append(row);
   }
-  return measures;
+  run.finish();
+  for (std::size_t k = 0; k < all.size(); ++k) seen.set(all[k].name, largest[k]);
 }
 
 }  // namespace
@@ -210,14 +148,8 @@ engine::Study read_conservation(const io::Table& top) {
                      .velocity = t.number("velocity"),
                      .staggered = 0.0,
                      .monitor = engine::read_monitor(top)};
-  for (const char* key : {"storage", "force_scheme"}) {
-    if (table.has(key)) {
-      table.fail(key, fmt::format("'{}' is set", key), "both storages and both schemes are run",
-                 "Leave it out");
-    }
-  }
-  if (study.periodic()) {
-    study.staggered = t.number("staggered_velocity");
+  if (is_periodic(study.fluid)) {
+    study.staggered = t.number("staggered_velocity", 0.0);
     for (const std::int64_t n : study.fluid.grid.size) {
       if (n % 2 != 0) {
         table.fail("nodes", "an odd number of nodes along a periodic axis",
@@ -226,11 +158,9 @@ engine::Study read_conservation(const io::Table& top) {
       }
     }
   }
-  std::vector<fluid::Spec> runs;
-  for (const Piece& piece : pieces_of(study)) runs.push_back(spec_of(study, piece));
   return {
-      .plan = plan_at_once(top, runs),
-      .measures = measures_of(study),
+      .plan = engine::read_plan(top, {.fluid = study.fluid}),
+      .declares = declared(study.fluid),
       .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }
 

@@ -6,8 +6,14 @@
 
 namespace veriflex::measures {
 
-fluid::Spec read_periodic_fluid(const io::Table& top, engine::Varied varied) {
-  const fluid::Spec spec = engine::read_fluid(top, varied);
+namespace {
+
+constexpr std::int64_t max_nodes = 4096;
+
+}  // namespace
+
+fluid::Spec read_periodic_fluid(const io::Table& top) {
+  const fluid::Spec spec = engine::read_fluid(top, engine::Varied::Nodes);
   const io::Table table = top.table("fluid");
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (!spec.walls[axis]) continue;
@@ -21,22 +27,12 @@ fluid::Spec read_periodic_fluid(const io::Table& top, engine::Varied varied) {
   return spec;
 }
 
-std::vector<std::int64_t> read_resolutions(const io::Table& table, std::size_t rows, std::int64_t min) {
-  const std::vector<std::int64_t> nodes = table.integers("nodes");
-  if (nodes.size() < rows) {
-    table.fail("nodes", fmt::format("{} resolutions", nodes.size()),
-               fmt::format("{} are the least from which this driver concludes anything", rows),
-               "Give for example [16, 32, 64]");
+std::int64_t read_nodes(const io::Table& table, std::int64_t min) {
+  if (table.has_list("nodes")) {
+    table.fail("nodes", "'nodes' is a list", "a case measures one run, and its study makes many",
+               "Give one number here, and the list as an axis of [sweep]");
   }
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    if (nodes[i] < min || nodes[i] > 4096) {
-      table.fail("nodes", fmt::format("'nodes' holds {}", nodes[i]),
-                 fmt::format("a side has {} to 4096 nodes here", min), "Choose numbers in that range");
-    }
-    if (i > 0 && nodes[i] <= nodes[i - 1])
-      table.fail("nodes", "they do not rise", "the order is taken between neighbours", "Sort them");
-  }
-  return nodes;
+  return table.integer("nodes", min, max_nodes);
 }
 
 void require_steps(const io::Table& fluid, double steps) {
@@ -46,7 +42,10 @@ void require_steps(const io::Table& fluid, double steps) {
              "Use a larger relaxation time or fewer nodes");
 }
 
-std::array<int, 2> axes_of(const std::string& plane) { return {plane[0] - 'x', plane[1] - 'x'}; }
+std::array<int, 2> read_plane(const io::Table& table) {
+  const std::string plane = table.has("plane") ? table.choice("plane", {"xy", "yz", "zx"}) : "xy";
+  return {plane[0] - 'x', plane[1] - 'x'};
+}
 
 Grid plane_box(std::int64_t n, const std::array<int, 2>& plane) {
   Grid grid{{1, 1, 1}};
@@ -54,17 +53,17 @@ Grid plane_box(std::int64_t n, const std::array<int, 2>& plane) {
   return grid;
 }
 
-void start(fluid::Fluid& fluid, const analytic::DecayingFlow& flow, Start how) {
-  const Grid& grid = fluid.spec().grid;
-  const double tau = fluid.spec().relaxation_time;
-  fluid.start([&](std::int64_t node) {
-    const analytic::FlowState here = flow.at(position(grid, node), 0.0);
-    const double rho = 1.0 + here.pressure / fluid::sound_speed_squared;
-    Vec3 u = here.velocity;
-    if (how == Start::Balanced) u += flow.swelling(position(grid, node), fluid::sound_speed_squared);
-    const Mat3 gradient = how == Start::Equilibrium ? Mat3(Mat3::Zero()) : here.gradient;
-    return fluid::near_equilibrium(rho, u, gradient, tau);
-  });
+scene::Scene starting(const fluid::Spec& fluid, const analytic::DecayingFlow& flow, Start how) {
+  const Grid grid = fluid.grid;
+  const double tau = fluid.relaxation_time;
+  return {.fluid = fluid, .initial_flow = [=](std::int64_t node) {
+            const analytic::FlowState here = flow.at(position(grid, node), 0.0);
+            const double rho = 1.0 + here.pressure / fluid::sound_speed_squared;
+            Vec3 u = here.velocity;
+            if (how == Start::Balanced) u += flow.swelling(position(grid, node), fluid::sound_speed_squared);
+            const Mat3 gradient = how == Start::Equilibrium ? Mat3(Mat3::Zero()) : here.gradient;
+            return fluid::near_equilibrium(rho, u, gradient, tau);
+          }};
 }
 
 }  // namespace veriflex::measures

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <numbers>
 #include <numeric>
 #include <span>
@@ -9,21 +10,21 @@
 
 #include "analytic/decaying_flow.hpp"
 #include "engine/read_scene.hpp"
-#include "measures/at_once.hpp"
+#include "scene/scene.hpp"
 
 namespace veriflex::measures {
 
 /// [fluid] without walls and without a force, which these flows do not have.
-fluid::Spec read_periodic_fluid(const io::Table& top, engine::Varied varied);
+fluid::Spec read_periodic_fluid(const io::Table& top);
 
-/// `nodes`: along a side, rising, each from `min` to 4096; at least `rows` of them.
-std::vector<std::int64_t> read_resolutions(const io::Table& table, std::size_t rows, std::int64_t min);
+/// `nodes`: along a side, from `min` to 4096.
+std::int64_t read_nodes(const io::Table& table, std::int64_t min);
 
 /// Refuses at `relaxation_time` a run of more than 10^9 steps.
 void require_steps(const io::Table& fluid, double steps);
 
-/// `plane`: "xy", "yz" or "zx" as its two axes.
-std::array<int, 2> axes_of(const std::string& plane);
+/// `plane`: "xy" (the default), "yz" or "zx", as its two axes.
+std::array<int, 2> read_plane(const io::Table& table);
 
 /// The box of n x n nodes in that plane, one thick.
 Grid plane_box(std::int64_t n, const std::array<int, 2>& plane);
@@ -34,7 +35,7 @@ enum class Start {
   WithoutSwelling,  // with its viscous stress; what swelling lacks rings as sound
   Equilibrium       // with neither: the velocity lags some tau behind
 };
-void start(fluid::Fluid& fluid, const analytic::DecayingFlow& flow, Start how);
+scene::Scene starting(const fluid::Spec& fluid, const analytic::DecayingFlow& flow, Start how);
 
 /// 2 pi/n  [L^-1]
 inline double wavenumber(std::int64_t n) { return 2.0 * std::numbers::pi / static_cast<double>(n); }

@@ -1,0 +1,30 @@
+/// Runs of a fluid until nothing changes.
+#pragma once
+
+#include "observe/run.hpp"
+
+namespace veriflex::measures {
+
+struct Steady {
+  double change;            // per step, of the velocities, relative to its largest value
+  std::int64_t step_limit;  // beyond which there is no hope
+};
+
+/// The smallest change per step that a criterion may ask for: what rounding alone may change at any time.
+double min_change(fluid::Storage storage);
+
+/// Velocity sum f c / rho of these nodes, one row each.
+Positions velocities_of(const fluid::Fluid& fluid, std::span<const std::int64_t> nodes);
+
+/// The fluid alone from rest, until the velocities of these nodes change by at most steady.change a step,
+/// mean over 100 steps; one at rest is steady. Throws observe::Interrupted, which names the change, at the
+/// limit of steps.
+scene::Simulation run_to_steady(const fluid::Spec& fluid, std::span<const std::int64_t> nodes,
+                                const Steady& steady, const observe::MonitorSpec& monitor,
+                                Progress& progress);
+
+/// The fluid alone, so many steps.
+scene::Simulation run_steps(scene::Scene scene, std::int64_t steps, const observe::MonitorSpec& monitor,
+                            Progress& progress);
+
+}  // namespace veriflex::measures
