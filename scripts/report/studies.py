@@ -24,7 +24,9 @@ def is_number(record, name):
 
 
 def errors_of(metrics):
-    return [m for m in metrics if any(word in m for word in WORDS_OF_ERRORS)]
+    """What is an error by its name, those called so first."""
+    found = [m for m in metrics if any(word in m for word in WORDS_OF_ERRORS)]
+    return sorted(found, key=lambda name: not name.startswith("error"))
 
 
 def asked(result, metrics):
@@ -101,7 +103,7 @@ def curves(record, chosen, x_name, x, caption):
                     handles.append(handle)
         scale(panel, x, np.concatenate([record[metric] for metric in metrics]))
         _, rows = next(lines(record, axes, x_name))
-        if errors_of(metrics):
+        if stem.startswith("error"):
             order_guide(panel, x[rows], record[metrics[0]][rows])
         title = column_label(record.columns[metrics[0]]) if len(metrics) == 1 else f"{stem.strip('_').replace('_', ' ')} [1]"
         exact = ", thin: exact" if any(metric + "_exact" in record.columns for metric in metrics) else ""

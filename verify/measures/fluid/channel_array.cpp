@@ -31,6 +31,10 @@ struct Array {
   bool has_series;  // of the drag, to hold it against
 };
 
+double radius_of(const fluid::Shape& shape) {
+  return std::visit([](const auto& s) { return s.radius; }, shape);
+}
+
 /// Volume fraction of the obstacle as given, not as cut out of the lattice.
 double solid_fraction(const Grid& grid, const fluid::Shape& shape) {
   const auto volume = static_cast<double>(grid.count());
@@ -44,7 +48,7 @@ double solid_fraction(const Grid& grid, const fluid::Shape& shape) {
 
 /// The series, in the units of the shape's own radius, if its true radius were `radius`.
 double exact_drag(const Grid& grid, const fluid::Shape& shape, double radius) {
-  const double own = std::visit([](const auto& s) { return s.radius; }, shape);
+  const double own = radius_of(shape);
   const double size = radius / own;
   if (std::holds_alternative<fluid::Sphere>(shape)) {
     return size * analytic::sphere_array_drag(solid_fraction(grid, shape) * size * size * size);
@@ -54,7 +58,7 @@ double exact_drag(const Grid& grid, const fluid::Shape& shape, double radius) {
 
 /// The radius at which the series gives this drag; not a number when none near the shape's own does.
 double radius_of_drag(const Grid& grid, const fluid::Shape& shape, double drag) {
-  const double own = std::visit([](const auto& s) { return s.radius; }, shape);
+  const double own = radius_of(shape);
   const auto excess = [&](double radius) { return exact_drag(grid, shape, radius) - drag; };
   const double low = 0.75 * own, high = 1.25 * own;
   if (excess(low) > 0.0 || excess(high) < 0.0) return std::numeric_limits<double>::quiet_NaN();
@@ -63,7 +67,7 @@ double radius_of_drag(const Grid& grid, const fluid::Shape& shape, double drag) 
 
 /// The radius of the shape whose volume is that of the voxels.
 double radius_of_voxels(const Array& cell) {
-  const double own = std::visit([](const auto& s) { return s.radius; }, cell.shape);
+  const double own = radius_of(cell.shape);
   const double volume =
       static_cast<double>(cell.fluid.obstacle.size()) / static_cast<double>(cell.fluid.grid.count());
   const double ratio = volume / solid_fraction(cell.fluid.grid, cell.shape);
@@ -125,7 +129,7 @@ Observations declared(bool has_series) {
 void run(const Array& cell, Observations& seen, Progress& progress) {
   const Grid& grid = cell.fluid.grid;
   const double drag = drag_of(cell, progress);
-  const double radius = std::visit([](const auto& s) { return s.radius; }, cell.shape);
+  const double radius = radius_of(cell.shape);
   const double of_volume = radius_of_voxels(cell);
   seen.set("drag", drag);
   seen.set("solid_fraction", solid_fraction(grid, cell.shape));
@@ -184,7 +188,7 @@ engine::Study read_array(const io::Table& top) {
            "the cell of [fluid] is refined by whole factors",
            fmt::format("Give for example {}", 2 * grid.size[0]));
   }
-  const double radius = std::visit([](const auto& s) { return s.radius; }, shape);
+  const double radius = radius_of(shape);
   if (2.0 * radius >= static_cast<double>(grid.size[cylinder != nullptr && cylinder->axis == 0 ? 1 : 0])) {
     table.table("obstacle")
         .fail("radius", fmt::format("'radius' is {}", radius),
@@ -199,10 +203,7 @@ engine::Study read_array(const io::Table& top) {
       read_steady(t, 1e-9, spec, 0.25 * static_cast<double>(nodes), fmt::format("a cell of {} nodes", nodes));
   engine::read_plan(top, {.fluid = study.fluid});  // refuses a box beyond the memory before it is cut
   study.fluid.obstacle = fluid::voxels(study.fluid.grid, study.shape, fluid::closed(study.fluid));
-  return {
-      .plan = engine::read_plan(top, {.fluid = study.fluid}),
-      .declares = declared(study.has_series),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return study_of(top, study.fluid, declared(study.has_series), study, run);
 }
 
 }  // namespace veriflex::measures::channel

@@ -60,23 +60,17 @@ double fill_section(const Duct& study, const Record& plane, Record& section) {
   return across;
 }
 
-/// Along y beside the middle and beside the wall.
-void fill_profile(const Record& section, Record& profile) {
-  const std::vector<double>& y = section.find("y")->values;
-  const std::vector<double>& z = section.find("z")->values;
-  const std::vector<double>& velocity = section.find("velocity")->values;
-  const std::vector<double>& exact = section.find("velocity_exact")->values;
-  const auto count = std::llround(std::sqrt(static_cast<double>(y.size())));
-  const double middle = (static_cast<double>(count / 2) + 0.5) / static_cast<double>(count);
-  const double wall = 0.5 / static_cast<double>(count);
-  std::vector<std::size_t> in_middle, beside_wall;
-  for (std::size_t i = 0; i < y.size(); ++i) {
-    if (z[i] == middle) in_middle.push_back(i);
-    if (z[i] == wall) beside_wall.push_back(i);
-  }
-  for (std::size_t a = 0; a < in_middle.size(); ++a) {
-    const std::size_t m = in_middle[a], w = beside_wall[a];
-    profile.append({y[m], velocity[m], exact[m], velocity[w], exact[w]});
+/// Along y in the middle and beside the wall.
+void fill_profile(const Duct& study, const Record& section, Record& profile) {
+  const auto at = [&](const char* column, std::size_t i) { return section.find(column)->values[i]; };
+  // The plane's nodes have x fastest, which is the second of the two axes where the duct is along y.
+  const auto nodes = static_cast<std::size_t>(study.common.nodes);
+  const bool is_along_y = study.common.axis == 1;
+  for (std::size_t a = 0; a < nodes; ++a) {
+    const std::size_t middle = is_along_y ? nodes / 2 + nodes * a : a + nodes * (nodes / 2);
+    const std::size_t wall = is_along_y ? nodes * a : a;
+    profile.append({at("y", middle), at("velocity", middle), at("velocity_exact", middle),
+                    at("velocity", wall), at("velocity_exact", wall)});
   }
 }
 
@@ -92,7 +86,7 @@ double flow_rate(const Duct& study, const std::vector<double>& velocity) {
 void run(const Duct& study, Observations& seen, Progress& progress) {
   Record& section = seen.table("section");
   const double across = fill_section(study, steady_state(study, progress), section);
-  fill_profile(section, seen.table("profile"));
+  fill_profile(study, section, seen.table("profile"));
   const std::vector<double>& velocity = section.find("velocity")->values;
   set_norms(seen, "", error_norms(velocity, section.find("velocity_exact")->values));
   seen.set("flow_rate", flow_rate(study, velocity));
@@ -128,10 +122,7 @@ engine::Study read_duct(const io::Table& top) {
       .common = common,
       .steady = read_steady(top.table("channel"), 1e-12, common.fluid, static_cast<double>(common.nodes),
                             fmt::format("a duct of {} nodes", common.nodes))};
-  return {
-      .plan = engine::read_plan(top, {.fluid = spec_of(study)}),
-      .declares = declared(),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return study_of(top, spec_of(study), declared(), study, run);
 }
 
 }  // namespace veriflex::measures::channel

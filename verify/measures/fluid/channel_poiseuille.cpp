@@ -124,10 +124,7 @@ engine::Study read_poiseuille(const io::Table& top) {
            fmt::format("it takes between 1 and {:.1g}", max_steps),
            "After 2.5 the slowest mode has fallen to 2e-11; use fewer nodes or a larger relaxation time");
   }
-  return {
-      .plan = engine::read_plan(top, {.fluid = spec_of(study)}),
-      .declares = declared(),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return study_of(top, spec_of(study), declared(), study, run);
 }
 
 }  // namespace veriflex::measures::channel

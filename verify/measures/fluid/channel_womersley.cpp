@@ -118,10 +118,7 @@ engine::Study read_womersley(const io::Table& top) {
     t.fail("period", fmt::format("the run would take {:.3g} steps", steps),
            fmt::format("{:.1g} is the most", max_steps), "Use a shorter period or fewer of them");
   }
-  return {
-      .plan = engine::read_plan(top, {.fluid = gap(study.common)}),
-      .declares = declared(),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return study_of(top, gap(study.common), declared(), study, run);
 }
 
 }  // namespace veriflex::measures::channel

@@ -5,9 +5,8 @@
 #include <random>
 
 #include "base/reduce.hpp"
-#include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
-#include "observe/run.hpp"
+#include "measures/fluid/steady.hpp"
 
 // A disordered but smooth start, and what must not change of it: mass, momentum beyond what the force gave,
 // and the staggered momentum, which D3Q15 conserves too because every moving population flips the parity of x
@@ -158,10 +157,7 @@ engine::Study read_conservation(const io::Table& top) {
       }
     }
   }
-  return {
-      .plan = engine::read_plan(top, {.fluid = study.fluid}),
-      .declares = declared(study.fluid),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return study_of(top, study.fluid, declared(study.fluid), study, run);
 }
 
 }  // namespace veriflex::measures

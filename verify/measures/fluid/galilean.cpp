@@ -121,10 +121,7 @@ engine::Study read_galilean(const io::Table& top) {
                 .viscosity = fluid::viscosity(study.fluid.relaxation_time)};
   study.flow.stream[plane[0]] = study.speed;
   require_steps(top.table("fluid"), 1.5 / study.flow.decay_rate());
-  return {
-      .plan = engine::read_plan(top, {.fluid = study.fluid}),
-      .declares = declared(),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return study_of(top, study.fluid, declared(), study, run);
 }
 
 }  // namespace veriflex::measures

@@ -168,10 +168,7 @@ engine::Study read_plane_wave(const io::Table& top) {
              "Choose one whose scalar product with 'direction' is 0");
     }
   }
-  return {
-      .plan = engine::read_plan(top, {.fluid = study.fluid}),
-      .declares = declared(study.sound),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return study_of(top, study.fluid, declared(study.sound), study, run);
 }
 
 }  // namespace veriflex::measures

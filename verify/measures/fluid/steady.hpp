@@ -1,6 +1,8 @@
-/// Runs of a fluid until nothing changes.
+/// Studies of a fluid alone: so many steps, or until nothing changes.
 #pragma once
 
+#include "engine/read_scene.hpp"
+#include "engine/study.hpp"
 #include "observe/run.hpp"
 
 namespace veriflex::measures {
@@ -22,6 +24,17 @@ Positions velocities_of(const fluid::Fluid& fluid, std::span<const std::int64_t>
 scene::Simulation run_to_steady(const fluid::Spec& fluid, std::span<const std::int64_t> nodes,
                                 const Steady& steady, const observe::MonitorSpec& monitor,
                                 Progress& progress);
+
+/// A driver's study of one fluid: what was read, what it declares, and the run that measures it.
+template <class Read>
+engine::Study study_of(const io::Table& top, const fluid::Spec& fluid, observe::Observations declares,
+                       const Read& read, void (*run)(const Read&, observe::Observations&, Progress&)) {
+  return {.plan = engine::read_plan(top, {.fluid = fluid}),
+          .declares = std::move(declares),
+          .run = [read, run](observe::Observations& seen, Progress& progress, engine::Cost&) {
+            run(read, seen, progress);
+          }};
+}
 
 /// The fluid alone, so many steps.
 scene::Simulation run_steps(scene::Scene scene, std::int64_t steps, const observe::MonitorSpec& monitor,
