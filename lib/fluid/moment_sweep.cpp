@@ -186,18 +186,12 @@ struct MomentStep {
       const auto here = [&](const Real* group, int k) __attribute__((always_inline)) {
         return L::load(group + (i + 1) * step + k * lanes);
       };
-      // Of the pair at k: sum and difference of what comes from both sides along x.
+      // Of the pair at k: what comes from both sides along x.
       const auto east = [&](const Real* group, int k) __attribute__((always_inline)) {
         return L::load(group + i * step + k * lanes);
       };
       const auto west = [&](const Real* group, int k) __attribute__((always_inline)) {
         return L::load(group + (i + 2) * step + (k + 1) * lanes);
-      };
-      const auto sum = [&](const Real* group, int k) __attribute__((always_inline)) {
-        return east(group, k) + west(group, k);
-      };
-      const auto difference = [&](const Real* group, int k) __attribute__((always_inline)) {
-        return east(group, k) - west(group, k);
       };
       Real* const waiting = row.waiting + i * waiting_size * lanes;
       const auto slot = [&](int k) __attribute__((always_inline)) { return waiting + k * lanes; };
@@ -211,25 +205,36 @@ struct MomentStep {
       };
 
       // What goes down completes the plane before.
-      const V down_on = sum(row.onward, 3), down_back = sum(row.backward, 3);
-      const V down = here(row.own, 4) + (down_on + down_back);
-      write(0, L::load(slot(waiting_r)) + down);
-      write(1, L::load(slot(waiting_x)) + (difference(row.onward, 3) + difference(row.backward, 3)));
-      write(2, L::load(slot(waiting_y)) + (down_on - down_back));
-      write(3, L::load(slot(row.up_slot)) - down);
-
-      // What stays in the plane, with what came up into it.
+      {
+        const V on_e = east(row.onward, 3), on_w = west(row.onward, 3);
+        const V back_e = east(row.backward, 3), back_w = west(row.backward, 3);
+        const V on = on_e + on_w, back = back_e + back_w;
+        const V down = here(row.own, 4) + (on + back);
+        const V down_x = (on_e - on_w) + (back_e - back_w);
+        const V z = L::load(slot(row.up_slot)) - down;
+        write(0, L::load(slot(waiting_r)) + down);
+        write(1, L::load(slot(waiting_x)) + down_x);
+        write(2, L::load(slot(waiting_y)) + (on - back));
+        write(3, z);
+      }
+      // What goes up into the next plane; what came up into this one is needed first.
+      const V came_x = L::load(slot(up_x)), came_y = L::load(slot(up_y));
+      {
+        const V on_e = east(row.onward, 1), on_w = west(row.onward, 1);
+        const V back_e = east(row.backward, 1), back_w = west(row.backward, 1);
+        const V on = on_e + on_w, back = back_e + back_w;
+        const V up_x_now = (on_e - on_w) + (back_e - back_w);
+        L::store(slot(row.up_slot), here(row.own, 3) + (on + back));
+        L::store(slot(up_x), up_x_now);
+        L::store(slot(up_y), on - back);
+      }
+      // What stays in the plane.
+      const V own_e = east(row.own, 1), own_w = west(row.own, 1);
       const V axis_on = here(row.onward, 0), axis_back = here(row.backward, 0);
-      L::store(slot(waiting_r), L::load(slot(row.other_up_slot)) +
-                                    ((here(row.own, 0) + sum(row.own, 1)) + (axis_on + axis_back)));
-      L::store(slot(waiting_x), L::load(slot(up_x)) + difference(row.own, 1));
-      L::store(slot(waiting_y), L::load(slot(up_y)) + (axis_on - axis_back));
-
-      // What goes up into the next plane.
-      const V up_on = sum(row.onward, 1), up_back = sum(row.backward, 1);
-      L::store(slot(row.up_slot), here(row.own, 3) + (up_on + up_back));
-      L::store(slot(up_x), difference(row.onward, 1) + difference(row.backward, 1));
-      L::store(slot(up_y), up_on - up_back);
+      const V r = (here(row.own, 0) + (own_e + own_w)) + (axis_on + axis_back);
+      L::store(slot(waiting_r), L::load(slot(row.other_up_slot)) + r);
+      L::store(slot(waiting_x), came_x + (own_e - own_w));
+      L::store(slot(waiting_y), came_y + (axis_on - axis_back));
     }
   }
 
