@@ -147,7 +147,7 @@ def sweep_cost(result, record, key):
     along = [name for name in axes if is_number(table, name) and len(set(table[name])) > 1]
     in_turn = "one after another" in record.title
     how = "One run each" if in_turn else "Runs side by side, with one thread each"
-    caption = f"What accuracy a second of computing buys. {how}: read the times to a factor of two."
+    caption = f"What accuracy a second of computing buys. {how}."
     x_name = along[-1] if along else axes[-1]
     drawn = curves(table, errors_of(metrics)[: MANY_METRICS if in_turn else 1], x_name, record["wall_seconds"], caption)
     if drawn is None:
@@ -303,6 +303,28 @@ def never_worth(results):
             if never:
                 rows.append({"result": result, "axis": axis, "settings": ", ".join(never)})
     return rows
+
+
+def is_curve_of_numbers(record):
+    """Whether it is what a check of a study asks for, such as `richardson(viscosity)`."""
+    return "(" in record.name
+
+
+def curve_of_numbers(result, record, key):
+    """One number of a study for each value of an axis, beside its reference."""
+    x, y = record.columns.values()
+    drawing, (axes,) = canvas()
+    handles = axes.plot(x.values, y.values, "o", mfc="none", label=record.name)
+    for reference in result.references:
+        if drawable(reference.columns, x.name, y.name):
+            points = reference.columns
+            handles += axes.plot(points[x.name], points[y.name], "-", color="#222222", linewidth=0.8, label=reference.kind)
+    axes.axhline(0, **MARK)
+    axes.set_xlabel(x.name.replace("_", " "))
+    axes.set_ylabel(column_label(y))
+    legend_above(axes, handles)
+    caption = f"{record.title}."
+    return Figure(caption, inline_svg(drawing, key, caption))
 
 
 def outcome_boundary(result, record, key):
