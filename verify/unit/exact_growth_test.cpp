@@ -65,14 +65,13 @@ TEST_CASE("A fluid alone decays as the slowest of all waves of its lattice does"
   }
 }
 
-TEST_CASE("A lattice of D3Q15 keeps mass and twelve momenta, walls all but those along themselves") {
-  const auto invariants = [](std::array<std::int64_t, 3> size, bool walls) {
-    scene::Scene scene{.fluid = fluid::Spec{.grid = {size}, .relaxation_time = 0.8}};
-    if (walls) scene.fluid->walls[2] = fluid::Walls{};
+TEST_CASE("A lattice of even size keeps mass and twelve momenta, one of odd size mass and momentum") {
+  const auto invariants = [](std::array<std::int64_t, 3> size) {
+    const scene::Scene scene{.fluid = fluid::Spec{.grid = {size}, .relaxation_time = 0.8}};
     return scene::SimulatedStep(scene).invariants();
   };
-  CHECK(invariants({4, 6, 4}, false) == 13);
-  CHECK(invariants({5, 7, 5}, false) == 4);  // a checkerboard does not fit
+  CHECK(invariants({4, 6, 4}) == 13);
+  CHECK(invariants({5, 7, 5}) == 4);  // a checkerboard does not fit
 }
 
 TEST_CASE("The leading eigenvalue is the one that subspace iteration finds") {
