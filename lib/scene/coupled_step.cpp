@@ -11,15 +11,6 @@ namespace veriflex::scene {
 
 namespace {
 
-solid::FixedDofs prescribed(const Body& body) {
-  solid::FixedDofs held = body.conditions.fixed;
-  if (held.size() == 0) held = solid::FixedDofs::Constant(body.network.node_count(), 3, false);
-  if (const auto& drive = body.conditions.drive) {
-    for (const std::int32_t node : drive->nodes) held(node, drive->axis) = true;
-  }
-  return held;
-}
-
 /// A: what a unit force at one marker gives to all, three markers at a time.
 Eigen::SparseMatrix<double> exchange_of(const coupling::Transfer& transfer, Eigen::Index markers) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -43,13 +34,22 @@ Eigen::SparseMatrix<double> exchange_of(const coupling::Transfer& transfer, Eige
 
 }  // namespace
 
+solid::FixedDofs prescribed_dofs(const Body& body) {
+  solid::FixedDofs held = body.conditions.fixed;
+  if (held.size() == 0) held = solid::FixedDofs::Constant(body.network.node_count(), 3, false);
+  if (const auto& drive = body.conditions.drive) {
+    for (const std::int32_t node : drive->nodes) held(node, drive->axis) = true;
+  }
+  return held;
+}
+
 CoupledStep::CoupledStep(const fluid::Spec& fluid, const Body& body, FluidMemory memory)
     : coupling_(*body.coupling),
       memory_(memory),
       node_mass_(body.conditions.node_mass),
       drag_(body.conditions.drag) {
   const Positions rest = Positions::Zero(body.network.node_count(), 3);
-  const solid::FixedDofs held = prescribed(body);
+  const solid::FixedDofs held = prescribed_dofs(body);
   stiffness_ = solid::free_hessian(body.material, body.network, rest, held);
   substeps_ = body.substeps.count;
   if (body.substeps.safety > 0.0) {

@@ -18,6 +18,9 @@ namespace veriflex::scene {
 /// lost it a step later.
 enum class FluidMemory { Keeps, Forgets };
 
+/// The coordinates of a body that are fixed or driven.
+solid::FixedDofs prescribed_dofs(const Body& body);
+
 class CoupledStep {
  public:
   using Vector = Eigen::VectorXd;

@@ -59,6 +59,41 @@ def coupling_boundary(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
+def spectrum(result, record, key):
+    """Eigenvalues of a step in the complex plane, beside the unit circle; what grows lies outside of it."""
+    if not drawable(record, "real", "imaginary", "magnitude", "bodies"):
+        return None
+    drawing, (axes,) = canvas(height=4.6)
+    angle = np.linspace(0.0, 2.0 * np.pi, 361)
+    circle = axes.plot(np.cos(angle), np.sin(angle), "-", label="|λ| = 1", **MARK)
+    of_bodies = record["bodies"] > 0.5
+    outside = record["magnitude"] > 1.0 + (known(result, "growth_resolution") or 0.0)
+    kinds = (
+        (of_bodies & outside, "bodies, grows", dict(color="C1", marker="D", markersize=5)),
+        (of_bodies & ~outside, "bodies", dict(color="C0", marker="o", markersize=4)),
+        (~of_bodies & outside, "fluid, grows", dict(color="C1", marker="D", markersize=6, markerfacecolor="none")),
+        (~of_bodies & ~outside, "fluid", dict(color="C0", marker="o", markersize=6, markerfacecolor="none")),
+    )
+    handles = list(circle)
+    for rows, label, style in kinds:
+        if rows.any():
+            handles += axes.plot(record["real"][rows], record["imaginary"][rows], linestyle="none", label=label, **style)
+    most = 1.1 * max(1.0, np.nanmax(record["magnitude"]))
+    axes.set_xlim(-most, most)
+    axes.set_ylim(-most, most)
+    axes.set_aspect("equal")
+    axes.axhline(0.0, color="#cccccc", linewidth=0.6, zorder=0)
+    axes.axvline(0.0, color="#cccccc", linewidth=0.6, zorder=0)
+    axes.set_xlabel(column_label(record.columns["real"]))
+    axes.set_ylabel(column_label(record.columns["imaginary"]))
+    legend_above(axes, handles)
+    caption = (
+        "Eigenvalues of largest magnitude of one step of the scene about rest, without its invariants. Filled marks: most of "
+        "the energy is the bodies'. Outside of the circle perturbations grow."
+    )
+    return Figure(caption, inline_svg(drawing, key, caption))
+
+
 def last_good_nodes(result, record, key):
     """The body as it stood when it was last seen sound, from the side."""
     if not drawable(record, "y", "z"):

@@ -73,6 +73,7 @@ KINDS = {
     "sensitivity": (filament.sensitivity,),
     "last_good_nodes": (coupling.last_good_nodes,),
     "coupling_boundary": (coupling.coupling_boundary,),
+    "spectrum": (coupling.spectrum,),
     "strain_histogram": (filament.strain_histogram,),
     "modulus_deviation": (filament.modulus_deviation,),
     "array": (coupling.array_drag,),

@@ -83,6 +83,9 @@ engine::Study read_crossflow(const io::Table& top);
 /// Node mass at which the coupling of a rod to the fluid becomes unstable: linearised map against runs.
 engine::Study read_coupling_stability(const io::Table& top);
 
+/// Growth of small perturbations of any scene at rest: spectrum of its steps, linearised map, and runs.
+engine::Study read_coupled_spectrum(const io::Table& top);
+
 /// Sums and moments of the delta kernels over many positions of a marker.                [wu-qi-2014, Eq. 8]
 engine::Study read_delta_moments(const io::Table& top);
 
@@ -121,6 +124,8 @@ inline const std::vector<engine::Driver>& all() {
       {"crossflow", "clamped rod in a stream, against a beam under the same forces", &read_crossflow},
       {"coupling-stability", "smallest stable node mass of a coupled rod: linearised map against runs",
        &read_coupling_stability},
+      {"coupled-spectrum", "growth of small perturbations of a scene: its spectrum, the linearised map, runs",
+       &read_coupled_spectrum},
       {"scene", "any scene of a fluid and bodies, and what is observed of it", &read_scene},
       {"delta-moments", "sums and moments of the delta kernels", &read_delta_moments},
   };

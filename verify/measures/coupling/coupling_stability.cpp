@@ -6,16 +6,14 @@
 
 #include "base/error.hpp"
 #include "base/reduce.hpp"
-#include "base/stop.hpp"
 #include "bond/derive.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
+#include "measures/coupling/kicked_run.hpp"
 #include "measures/drivers.hpp"
 #include "measures/for_all.hpp"
-#include "measures/solid/noise.hpp"
 #include "scene/coupling_stability.hpp"
 #include "scene/markers.hpp"
-#include "scene/simulation.hpp"
 
 // The node mass at which the coupling of a rod to the fluid becomes unstable: that of the linearised map,
 // which leaves out the fluid's own motion, against that of real runs, which are kicked by minute forces.
@@ -62,11 +60,6 @@ struct Scene {
   scene::Body body;
 };
 
-constexpr double kick = 1e-8;        // largest force on a node: everything stays linear  [M L T^-2]
-constexpr double blown = 1e5;        // times the first change: no need to go on
-constexpr std::int64_t window = 40;  // steps; longer than the period of whatever may grow
-constexpr double grown = 2.0;        // in half a run: nodes that are not coupled swing for long, and unevenly
-
 Scene scene_of(const CouplingStability& study, const Point& point, double node_mass) {
   solid::Network network = solid::rod_lattice(study.rod);
   solid::Material material = study.material;
@@ -75,8 +68,7 @@ Scene scene_of(const CouplingStability& study, const Point& point, double node_m
   if (material.angle_stiffness != 0.0) solid::add_angles(network);
   solid::Conditions conditions;
   conditions.node_mass = node_mass;
-  conditions.load = noise(network.node_count(), kick, 1);
-  conditions.load.rowwise() -= conditions.load.colwise().mean().eval();
+  conditions.load = kick_of(network.node_count(), 1);
   fluid::Spec fluid = study.fluid;
   fluid.relaxation_time = point.relaxation_time;
   Vec3 place;
@@ -94,60 +86,13 @@ Scene scene_of(const CouplingStability& study, const Point& point, double node_m
            .coupling = scene::CouplingSpec{.coupled = point.coupled, .subcycled = point.subcycled}}};
 }
 
-/// Whether a kicked body's velocity changes more and more. Changes, because what is kicked may drift for
-/// ever.
 bool grows(const CouplingStability& study, const Scene& scene) {
-  scene::Simulation simulation({.fluid = scene.fluid, .bodies = {scene.body}});
-  Positions before = simulation.body().solid().half_velocity();
-  double first = 0.0, middle = 0.0, last = 0.0;
-  for (std::int64_t step = 1; step <= study.steps; ++step) {
-    try {
-      simulation.advance();
-    } catch (const NumericalFailure&) {
-      if (stop::was_thrown()) throw;
-      return true;
-    }
-    const double change = (simulation.body().solid().half_velocity() - before).norm();
-    before = simulation.body().solid().half_velocity();
-    if (step == 1) first = change;
-    if (!(change < blown * first)) return true;
-    if (step > study.steps / 2 && step <= study.steps / 2 + window) middle = worse(middle, change);
-    if (step > study.steps - window) last = worse(last, change);
-  }
-  return last > grown * middle;
+  return run_kicked({.fluid = scene.fluid, .bodies = {scene.body}}, study.steps).grows;
 }
 
 double measured_mass(const CouplingStability& study, const Point& point, double predicted) {
-  const auto grows_at = [&](double mass) { return grows(study, scene_of(study, point, mass)); };
-  constexpr double stride = 1.1;
-  if (!(predicted > 0.0)) {
-    throw NumericalFailure(fmt::format("point {}: every node mass is stable in the map", point.name));
-  }
-  double unstable = predicted / stride, stable = predicted * stride;
-  while (!grows_at(unstable)) {
-    stable = unstable;
-    unstable /= stride;
-    if (unstable < 0.1 * predicted) {
-      throw NumericalFailure(fmt::format("point {}: no node mass down to {:.3g} grows, predicted is {:.3g}",
-                                         point.name, unstable, predicted));
-    }
-  }
-  if (stable > predicted) {
-    while (grows_at(stable)) {
-      unstable = stable;
-      stable *= stride;
-      if (stable > 10.0 * predicted) {
-        throw NumericalFailure(
-            fmt::format("point {}: every node mass up to {:.3g} grows, predicted is {:.3g}", point.name,
-                        stable, predicted));
-      }
-    }
-  }
-  while (stable - unstable > study.resolution * unstable) {
-    const double mass = 0.5 * (stable + unstable);
-    (grows_at(mass) ? unstable : stable) = mass;
-  }
-  return 0.5 * (stable + unstable);
+  return least_stable([&](double mass) { return grows(study, scene_of(study, point, mass)); }, predicted,
+                      study.resolution, "point " + point.name);
 }
 
 Boundary boundary_of(const CouplingStability& study, const Point& point) {
@@ -271,7 +216,7 @@ engine::Study read_coupling_stability(const io::Table& top) {
                           .rod = *rod,
                           .material = {law, solid.angle_stiffness},
                           .points = {},
-                          .steps = t.integer("steps", 4 * window, 10'000'000),
+                          .steps = t.integer("steps", shortest_kicked_run, 10'000'000),
                           .resolution = t.number("resolution")};
   if (!(study.resolution > 1e-6))
     t.fail("resolution", "'resolution' is too fine", "each halving is a run", "Use 0.005");

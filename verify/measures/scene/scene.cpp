@@ -21,9 +21,7 @@ namespace {
 
 constexpr std::int64_t max_steps = 1'000'000'000;
 
-struct SceneStudy {
-  scene::Scene scene;
-  std::vector<CaseBody> bodies;  // those of the scene
+struct SceneStudy : CaseScene {
   std::vector<Observation> observations;
   observe::MonitorSpec monitor;
   std::int64_t steps;
@@ -89,17 +87,6 @@ void check_pair(const CaseBody& a, const CaseBody& b, const fluid::Spec& fluid) 
                    "Move one of them away by a spacing or more");
 }
 
-void check_places(const SceneStudy& study) {
-  if (!study.scene.fluid) return;
-  for (std::size_t i = 0; i < study.bodies.size(); ++i) {
-    if (!study.bodies[i].body.coupling) continue;
-    check_body(study.bodies[i], *study.scene.fluid);
-    for (std::size_t j = 0; j < i; ++j) {
-      if (study.bodies[j].body.coupling) check_pair(study.bodies[j], study.bodies[i], *study.scene.fluid);
-    }
-  }
-}
-
 void run(const SceneStudy& study, observe::Observations& seen, Progress& progress, engine::Cost& cost) {
   if (study.has_elastic_coupling()) {
     seen.metrics.push_back({"coupling_growth", 0.0, "1",
@@ -132,6 +119,19 @@ void run(const SceneStudy& study, observe::Observations& seen, Progress& progres
   }
 }
 
+}  // namespace
+
+void check_places(const CaseScene& read) {
+  if (!read.scene.fluid) return;
+  for (std::size_t i = 0; i < read.bodies.size(); ++i) {
+    if (!read.bodies[i].body.coupling) continue;
+    check_body(read.bodies[i], *read.scene.fluid);
+    for (std::size_t j = 0; j < i; ++j) {
+      if (read.bodies[j].body.coupling) check_pair(read.bodies[j], read.bodies[i], *read.scene.fluid);
+    }
+  }
+}
+
 scene::Plan plan_of(const io::Table& top, const scene::Scene& scene) {
   try {
     return scene::plan_scene(scene);
@@ -139,8 +139,6 @@ scene::Plan plan_of(const io::Table& top, const scene::Scene& scene) {
     top.table("fluid").fail("nodes", bad.problem, bad.why, bad.suggestion);
   }
 }
-
-}  // namespace
 
 bool is_plain_name(const std::string& name) {
   return std::all_of(name.begin(), name.end(),
@@ -159,34 +157,39 @@ std::vector<std::int32_t> read_node_list(const io::Table& table, const std::stri
   return nodes;
 }
 
-engine::Study read_scene(const io::Table& top) {
-  SceneStudy study{
-      .scene = {}, .bodies = {}, .observations = {}, .monitor = engine::read_monitor(top), .steps = 0};
+CaseScene read_fluid_and_bodies(const io::Table& top) {
+  CaseScene read;
   if (top.has("fluid")) {
-    study.scene.fluid = engine::read_fluid(top);
-    study.scene.initial_flow = read_initial_flow(top, *study.scene.fluid);
+    read.scene.fluid = engine::read_fluid(top);
+    read.scene.initial_flow = read_initial_flow(top, *read.scene.fluid);
   }
   for (const io::Table& table : top.tables("body")) {
-    study.bodies.push_back(read_body(table, study.scene.fluid.has_value()));
-    const std::string& name = study.bodies.back().body.name;
-    for (const scene::Body& other : study.scene.bodies) {
+    read.bodies.push_back(read_body(table, read.scene.fluid.has_value()));
+    const std::string& name = read.bodies.back().body.name;
+    for (const scene::Body& other : read.scene.bodies) {
       if (other.name == name) {
         table.fail("name", fmt::format("two bodies are called '{}'", name), "columns are called after them",
                    "Give each a name of its own");
       }
     }
-    study.scene.bodies.push_back(study.bodies.back().body);
+    read.scene.bodies.push_back(read.bodies.back().body);
   }
-  if (!study.scene.fluid && study.scene.bodies.empty()) {
+  if (!read.scene.fluid && read.scene.bodies.empty()) {
     throw InputError(top.place(), "the scene is empty", "it has neither [fluid] nor [[body]]", "Add one");
   }
-  for (const CaseBody& body : study.bodies) {
+  for (const CaseBody& body : read.bodies) {
     if (body.body.motion && !body.body.coupling) {
       body.table.fail("motion",
                       fmt::format("the motion of {} is given, and it meets no fluid", body.body.name),
                       "nothing would come of it", "Add [fluid] and a coupling");
     }
   }
+  return read;
+}
+
+engine::Study read_scene(const io::Table& top) {
+  const observe::MonitorSpec monitor = engine::read_monitor(top);
+  SceneStudy study{read_fluid_and_bodies(top), {}, monitor, 0};
   const double period = period_of(study.bodies);
   study.steps = read_steps(top.table("run"), period);
   scene::Plan plan = plan_of(top, study.scene);

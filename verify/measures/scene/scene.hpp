@@ -8,6 +8,7 @@
 #include "observe/field.hpp"
 #include "observe/run.hpp"
 #include "observe/series.hpp"
+#include "scene/plan.hpp"
 #include "scene/scene.hpp"
 
 namespace veriflex::measures {
@@ -32,6 +33,21 @@ solid::Network read_shape(const io::Table& body, double rest_length);
 
 /// A [[body]]. `in_fluid`: whether the scene has one.
 CaseBody read_body(const io::Table& table, bool in_fluid);
+
+/// The fluid and the bodies of a case.
+struct CaseScene {
+  scene::Scene scene;
+  std::vector<CaseBody> bodies;  // those of the scene
+};
+
+/// [fluid] and [[body]], and what is wrong with them by themselves.
+CaseScene read_fluid_and_bodies(const io::Table& top);
+
+/// Refuses bodies that have no room in the box, or stand in each other.
+void check_places(const CaseScene& read);
+
+/// What is built of it.
+scene::Plan plan_of(const io::Table& top, const scene::Scene& scene);
 
 /// [fluid.initial]: the populations that the fluid starts from; empty without that table.
 std::function<fluid::Populations(std::int64_t)> read_initial_flow(const io::Table& top,

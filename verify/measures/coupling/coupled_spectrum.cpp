@@ -1,0 +1,179 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/error.hpp"
+#include "base/reduce.hpp"
+#include "engine/read_scene.hpp"
+#include "measures/coupling/kicked_run.hpp"
+#include "measures/drivers.hpp"
+#include "measures/scene/scene.hpp"
+#include "scene/coupling_stability.hpp"
+#include "scene/exact_growth.hpp"
+#include "scene/simulated_step.hpp"
+
+// How fast small perturbations of a scene at rest grow, three ways: by the spectrum of its own steps, by the
+// linearised exchange without the fluid's own motion, and by a run that is kicked; and the node mass from
+// which they do not.
+
+namespace veriflex::measures {
+
+namespace {
+
+using observe::Observations;
+using observe::Record;
+
+struct SpectrumStudy {
+  scene::Scene scene;  // at rest
+  scene::GrowthSearch search;
+  std::int64_t steps;                // of a kicked run
+  std::optional<double> resolution;  // of a measured least node mass; none is looked for without it
+};
+
+bool is_elastic_in_fluid(const scene::Body& body) { return body.coupling && !body.motion; }
+
+/// All node masses by the same factor, and kicked.
+scene::Scene kicked(const scene::Scene& scene, double factor) {
+  scene::Scene heavier = scene;
+  std::uint64_t seed = 1;
+  for (scene::Body& body : heavier.bodies) {
+    body.conditions.node_mass *= factor;
+    if (!body.motion) body.conditions.load = kick_of(body.network.node_count(), seed++);
+  }
+  return heavier;
+}
+
+double growth_of_map(const scene::Scene& scene) {
+  double growth = 1.0;
+  for (const scene::Body& body : scene.bodies) {
+    if (is_elastic_in_fluid(body)) {
+      growth = worse(growth, scene::coupling_growth(*scene.fluid, body).factor);
+    }
+  }
+  return growth;
+}
+
+/// The factor of all node masses at which the map of every body is stable.
+double critical_factor_of_map(const scene::Scene& scene) {
+  constexpr double accuracy = 2e-4;
+  double factor = 0.0;
+  for (const scene::Body& body : scene.bodies) {
+    if (is_elastic_in_fluid(body)) {
+      factor =
+          worse(factor, scene::critical_node_mass(*scene.fluid, body, accuracy) / body.conditions.node_mass);
+    }
+  }
+  return factor;
+}
+
+void run(const SpectrumStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+  const auto metric = [&](const char* name, double value, const char* dimension, const char* meaning) {
+    seen.metrics.push_back({name, value, dimension, meaning});
+  };
+  progress.show("spectrum", 0, study.resolution ? 4 : 2);
+  const scene::ExactGrowth exact = scene::exact_growth(study.scene, study.search);
+  cost.finish("spectrum");
+  Record spectrum{"spectrum",
+                  "Eigenvalues of largest magnitude of a step",
+                  {{"real", "Re lambda", "1", "real part", {}},
+                   {"imaginary", "Im lambda", "1", "imaginary part", {}},
+                   {"magnitude", "|lambda|", "1", "growth in a step", {}},
+                   {"residual", "", "1", "|G x - lambda x| over |x|, in energies", {}},
+                   {"bodies", "", "1", "share of the bodies in the energy of x", {}}}};
+  for (const scene::Eigenvalue& e : exact.spectrum) {
+    spectrum.append({e.value.real(), e.value.imag(), std::abs(e.value), e.residual, e.bodies});
+  }
+  seen.records.push_back(spectrum);
+  const double map = growth_of_map(study.scene);
+  metric("growth", exact.factor, "1", "largest |lambda| of a step, without known invariants");
+  metric("grows", exact.grows() ? 1.0 : 0.0, "1", "1: by more than the resolution");
+  metric("growth_residual", exact.residual, "1", "of the eigenvalue that it is of");
+  metric("growth_resolution", exact.resolution, "1", "growth above 1 that might not have been seen");
+  metric("growth_steps", static_cast<double>(exact.steps), "1", "of the simulation, spent on the spectrum");
+  metric("growth_map", map, "1", "of the linearised exchange without the fluid's own motion");
+  progress.show("spectrum", 1, study.resolution ? 4 : 2);
+  const KickedRun measured = run_kicked(kicked(study.scene, 1.0), study.steps);
+  metric("grew", measured.grows ? 1.0 : 0.0, "1", "1: the kicked run grew");
+  metric("growth_measured", measured.growth, "1", "of the kicked run, in its second half; where it grew");
+  metric("growth_ratio", measured.growth / exact.factor, "1", "measured over that of the spectrum");
+  cost.finish("kicked run");
+  if (!study.resolution) return;
+
+  const auto first = std::find_if(study.scene.bodies.begin(), study.scene.bodies.end(), is_elastic_in_fluid);
+  const double mass = first->conditions.node_mass;
+  const double of_map = critical_factor_of_map(study.scene);
+  cost.finish("least mass of the map");
+  progress.show("spectrum", 2, 4);
+  const double of_spectrum =
+      scene::critical_mass_factor(study.scene, of_map, 0.1 * *study.resolution, study.search);
+  cost.finish("least mass of the spectrum");
+  progress.show("spectrum", 3, 4);
+  const double of_runs =
+      least_stable([&](double factor) { return run_kicked(kicked(study.scene, factor), study.steps).grows; },
+                   of_spectrum, *study.resolution, "kicked runs");
+  cost.finish("least mass of the runs");
+  metric("critical_node_mass", of_spectrum * mass, "M", "least stable node mass, by the spectrum");
+  metric("critical_node_mass_map", of_map * mass, "M", "the same without the fluid's own motion");
+  metric("critical_node_mass_measured", of_runs * mass, "M", "the same of kicked runs");
+  metric("critical_ratio", of_runs / of_spectrum, "1", "measured over that of the spectrum");
+  metric("critical_ratio_map", of_runs / of_map, "1", "measured over that of the map");
+  metric("critical_error", std::abs(of_runs / of_spectrum - 1.0), "1", "how far they are apart");
+}
+
+}  // namespace
+
+engine::Study read_coupled_spectrum(const io::Table& top) {
+  const CaseScene read = read_fluid_and_bodies(top);
+  if (!read.scene.fluid) {
+    throw InputError(top.place(), "the scene has no fluid", "bodies alone neither grow nor decay",
+                     "Add [fluid]");
+  }
+  if (std::none_of(read.scene.bodies.begin(), read.scene.bodies.end(), is_elastic_in_fluid)) {
+    throw InputError(top.place(), "no body of the scene moves by its own forces in the fluid",
+                     "nothing could grow", "Give a [[body]] without motion a coupling");
+  }
+  if (read.scene.fluid->storage != fluid::Storage::Double) {
+    top.table("fluid").fail("storage", "the populations are float",
+                            "their rounding is as large as the perturbations", "Use storage = \"double\"");
+  }
+  const io::Table t = top.table("coupled_spectrum");
+  SpectrumStudy study{.scene = scene::at_rest(read.scene),
+                      .search = {.eigenvalues = static_cast<int>(
+                                     t.has("eigenvalues") ? t.integer("eigenvalues", 1, 200) : 4)},
+                      .steps = t.integer("steps", shortest_kicked_run, 10'000'000),
+                      .resolution = t.number_if("resolution")};
+  if (study.resolution && (!(*study.resolution >= 1e-5) || *study.resolution > 0.1)) {
+    t.fail("resolution", fmt::format("'resolution' is {}", *study.resolution), "it lies between 1e-5 and 0.1",
+           "Use 0.002");
+  }
+  scene::Plan plan = plan_of(top, read.scene);
+  check_places(read);
+  std::vector<std::string> measures{"growth",
+                                    "grows",
+                                    "growth_residual",
+                                    "growth_resolution",
+                                    "growth_steps",
+                                    "growth_map",
+                                    "grew",
+                                    "growth_measured",
+                                    "growth_ratio",
+                                    "spectrum.real",
+                                    "spectrum.imaginary",
+                                    "spectrum.magnitude",
+                                    "spectrum.residual",
+                                    "spectrum.bodies"};
+  if (study.resolution) {
+    for (const char* name : {"critical_node_mass", "critical_node_mass_map", "critical_node_mass_measured",
+                             "critical_ratio", "critical_ratio_map", "critical_error"}) {
+      measures.emplace_back(name);
+    }
+  }
+  return {.plan = std::move(plan),
+          .measures = measures,
+          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
+            run(study, seen, progress, cost);
+          }};
+}
+
+}  // namespace veriflex::measures
