@@ -34,7 +34,7 @@ void Observations::set(const std::string& name, double value) {
   metrics.push_back({name, value, known->dimension, known->meaning});
 }
 
-Record& Observations::table(const std::string& name) {
+Record& Observations::open(const std::string& name) {
   const auto found =
       std::find_if(records.begin(), records.end(), [&](const Record& r) { return r.name == name; });
   if (found == records.end()) throw std::logic_error("record '" + name + "' is not declared");

@@ -46,7 +46,7 @@ struct Observations {
   /// Gives a declared metric its value, once. Throws std::logic_error for any other name.
   void set(const std::string& name, double value);
   /// The record of that name, to be filled. Throws std::logic_error when there is none.
-  Record& table(const std::string& name);
+  Record& open(const std::string& name);
 };
 
 }  // namespace veriflex::observe

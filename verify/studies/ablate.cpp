@@ -66,7 +66,7 @@ void run(const Ablation& ablation, Observations& seen, Progress& progress, engin
   cost.finish("rows");
   const Record table =
       table_of("ablate", fmt::format("{} with parts left out and put in", ablation.base.id), leading, rows);
-  seen.table("ablate") = table;
+  seen.open("ablate") = table;
   if (ablation.workspace.shards == 1) seen.records.push_back(differences(ablation, table));
   seen.records.push_back(cost_table("ablate", ablation.timing, leading, rows));
   refuse_if_none_was_read(rows);

@@ -182,7 +182,7 @@ void run(const Boundary& b, Observations& seen, Progress& progress, engine::Cost
   const std::vector<Line> lines = search(b, progress);
   cost.finish("rows");
   const Record boundary = boundary_record(b, lines);
-  seen.table("outcome_boundary") = boundary;
+  seen.open("outcome_boundary") = boundary;
 
   std::vector<Row> rows;
   std::vector<Column> leading = columns_of(b.axes);

@@ -279,8 +279,8 @@ std::vector<observe::Record> records_of(const Base& base, const Row& row, const 
   if (records.empty()) return records;
   const io::Hdf5File file(result_of(base, row.settings, folder_of_rows(base, workspace, timed)));
   for (observe::Record& record : records) {
-    for (observe::Column& column : record.columns)
-      column.values = file.numbers(fmt::format("/records/{}/{}", record.name, column.name));
+    const observe::Record stored = engine::read_record(file, record.name);
+    for (observe::Column& column : record.columns) column.values = stored.find(column.name)->values;
   }
   return records;
 }

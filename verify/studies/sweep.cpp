@@ -139,7 +139,7 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
   const Record costs = cost_table("sweep", sweep.timing, leading, rows);
   std::vector<Record> fronts;
   if (!sweep.error.empty()) fronts = fronts_of(sweep, grid, table, costs);
-  seen.table("sweep") = table;
+  seen.open("sweep") = table;
   for (std::size_t a = 0; a < sweep.axes.size(); ++a) {
     if (sweep.workspace.shards > 1 || spacings(sweep.axes[a].numbers).empty()) continue;
     // Between the outcome and the work stand the metrics.

@@ -87,7 +87,7 @@ Record cost_table(const std::string& name, const Timing& timing, std::vector<Col
 void Questions::answer(const Record& table, observe::Observations& seen) const {
   for (const engine::Asked& one : asked) {
     if (!one.across.empty()) {
-      seen.table(one.name()) = numbers_across(one, table);
+      seen.open(one.name()) = numbers_across(one, table);
     } else if (seen.metric(one.name()) == nullptr) {
       seen.metrics.push_back(number(one, table));
     }

@@ -184,7 +184,6 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
                                  "fluid.table(key",
                                  "table.numbers(key",
                                  "table.integers(key",
-                                 "table.texts(key",
                                  "table.has(key",
                                  "t.number(key",
                                  "t.integers(key",

@@ -65,7 +65,7 @@ void run(const Couette& study, Observations& seen, Progress& progress) {
       const double shear = state.find(stress_names[normal][axis])->values[j];
       stress = worse(stress, std::abs(shear / (nu * top / height) - of_wall / top));
     }
-    seen.table("profile").append({share, state.find(velocity_names[along(normal)])->values[j] / top, share});
+    seen.open("profile").append({share, state.find(velocity_names[along(normal)])->values[j] / top, share});
   }
   seen.set("velocity_error", velocity);
   seen.set("stress_error", stress);

@@ -84,9 +84,9 @@ double flow_rate(const Duct& study, const std::vector<double>& velocity) {
 }
 
 void run(const Duct& study, Observations& seen, Progress& progress) {
-  Record& section = seen.table("section");
+  Record& section = seen.open("section");
   const double across = fill_section(study, steady_state(study, progress), section);
-  fill_profile(study, section, seen.table("profile"));
+  fill_profile(study, section, seen.open("profile"));
   const std::vector<double>& velocity = section.find("velocity")->values;
   set_norms(seen, "", error_norms(velocity, section.find("velocity_exact")->values));
   seen.set("flow_rate", flow_rate(study, velocity));

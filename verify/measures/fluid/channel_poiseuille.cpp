@@ -78,7 +78,7 @@ void run(const Poiseuille& study, Observations& seen, Progress& progress) {
   const std::vector<double> velocity = plus(bare, 0.5 * g), exact = parabola(study);
   const double exact_slip = analytic::half_way_slip(study.common.fluid.relaxation_time);
   for (std::size_t j = 0; j < exact.size(); ++j) {
-    seen.table("profile").append({from_wall(static_cast<std::int64_t>(j)) / study.height(), velocity[j] / top,
+    seen.open("profile").append({from_wall(static_cast<std::int64_t>(j)) / study.height(), velocity[j] / top,
                                   exact[j] / top, bare[j] / top, exact[j] / top});
   }
   set_norms(seen, "", error_norms(velocity, exact));

@@ -60,7 +60,7 @@ Velocities velocities_at(const Womersley& study, const scene::Simulation& now,
 }
 
 void run(const Womersley& study, Observations& seen, Progress& progress) {
-  observe::Record& profile = seen.table("profile");
+  observe::Record& profile = seen.open("profile");
   for (std::int64_t j = 0; j < study.common.nodes; ++j)
     profile.columns.front().values.push_back(from_wall(j) / study.height());
   scene::Simulation simulation(scene_of(study));

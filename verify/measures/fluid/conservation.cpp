@@ -131,7 +131,7 @@ void run(const Conservation& study, Observations& seen, Progress& progress) {
       row.push_back(all[k].drift(before, now, given) / volume);
       largest[k] = worse(largest[k], row.back());
     }
-    seen.table("drift").append(row);
+    seen.open("drift").append(row);
   }
   run.finish();
   for (std::size_t k = 0; k < all.size(); ++k) seen.set(all[k].name, largest[k]);
