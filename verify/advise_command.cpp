@@ -11,6 +11,7 @@
 #include "exit_code.hpp"
 #include "run_cases.hpp"
 #include "studies/advise.hpp"
+#include "studies/grid.hpp"
 
 namespace veriflex {
 
@@ -50,6 +51,19 @@ studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path) {
   }
 }
 
+// Axes of the case's own sweep that stand for several keys at once, in words; what one of them alone is set
+// to is no setting.
+std::vector<std::string> joint_axes(const io::Hdf5File& file) {
+  const io::Table top = io::parse_document(file.texts("/case").front(), "the stored case");
+  std::vector<std::string> joint;
+  if (!top.has("sweep") || !file.attribute("/", "variant").empty()) return joint;
+  for (const studies::Axis& axis : studies::read_axes(top.table("sweep"))) {
+    if (axis.keys.size() > 1)
+      joint.push_back(fmt::format("{} stands for {} together", axis.name(), fmt::join(axis.keys, ", ")));
+  }
+  return joint;
+}
+
 int advise_command(const AdviseOptions& o) {
   if (!(o.error > 0.0))
     throw InputError({}, fmt::format("--error is {}", o.error), "it must be positive", "Use 1e-3");
@@ -67,6 +81,7 @@ int advise_command(const AdviseOptions& o) {
         {"setting", found.setting},
         {"predicted", {{"error", found.error}, {"seconds", found.seconds}, {"memory_bytes", found.memory}}},
         {"within_the_sweep", found.is_within},
+        {"measured", found.is_measured},
         {"limited_by", found.limited_by},
         {"rows", found.rows},
         {"left_out_rows_within", {{"error", found.error_factor}, {"seconds", found.time_factor}}},
@@ -76,13 +91,17 @@ int advise_command(const AdviseOptions& o) {
   }
   say("{}: the cheapest setting for an error of {:.3g}\n", id, o.error);
   for (const std::string& one : found.setting) say("    {}\n", one);
-  say("  predicted: error {:.3g}, run time {:.3g} s, memory {:.3g} MB, on {}\n", found.error, found.seconds,
-      found.memory / 1e6, machine);
+  say("  {}: error {:.3g}, run time {:.3g} s, memory {:.3g} MB, on {}\n",
+      found.is_measured ? "measured" : "predicted", found.error, found.seconds, found.memory / 1e6, machine);
   say("  limited by: {}\n", found.limited_by);
   say("  from {} rows of {}; each predicted from the others is within a factor of {:.3g} (error), {:.3g} "
       "(time)\n",
       found.rows, path.string(), found.error_factor, found.time_factor);
+  if (found.is_measured) say("  The fit is worth too little to go between rows: this is one that was run.\n");
   if (!found.is_within) say("  This lies beyond the sweep, by a factor of two at most: extrapolated.\n");
+  const std::vector<std::string> joint = joint_axes(file);
+  for (const std::string& one : joint) say("  {}, as in [sweep] of the case\n", one);
+  if (!joint.empty()) return exit_code::success;
   say("  Try it: veriflex sweep {} --timed", id);
   for (const std::string& one : found.setting) say(" --over {}", one);
   say("\n");

@@ -20,6 +20,8 @@ namespace {
 using observe::Column;
 using Point = std::vector<double>;  // where the axes of numbers stand
 
+constexpr double trusted = 2.0;  // factor within which left-out rows must be predicted
+
 // Rows that differ in numbers only.
 struct Family {
   std::vector<std::string> words;  // of the axes of words
@@ -27,6 +29,14 @@ struct Family {
   std::vector<double> error, seconds, memory;
   std::vector<bool> completed;
 };
+
+// What a power law can be in: of a relaxation time the part that is viscosity.
+double variable(const std::string& axis, double value) {
+  return axis.ends_with("relaxation_time") ? value - 0.5 : value;
+}
+double value_of(const std::string& axis, double variable) {
+  return axis.ends_with("relaxation_time") ? variable + 0.5 : variable;
+}
 
 std::vector<const Column*> numeric(const SweptRows& rows) {
   std::vector<const Column*> axes;
@@ -42,7 +52,7 @@ std::vector<Family> families(const SweptRows& rows) {
     Point point;
     for (const Column& axis : rows.axes) {
       if (axis.texts.empty()) {
-        point.push_back(axis.values[i]);
+        point.push_back(variable(axis.name, axis.values[i]));
       } else {
         words.push_back(axis.texts[i]);
       }
@@ -247,13 +257,15 @@ bool is_usable(const Family& family, const Model& model, const Point& x) {
 
 // Values to try along an axis, up to a factor of two beyond what was swept; whole numbers where all were.
 std::vector<double> tries(const Column& axis) {
-  const auto [low, high] = std::minmax_element(axis.values.begin(), axis.values.end());
+  std::vector<double> values;
+  for (const double value : axis.values) values.push_back(variable(axis.name, value));
+  const double low = *std::min_element(values.begin(), values.end());
+  const double high = *std::max_element(values.begin(), values.end());
   const bool whole =
       std::all_of(axis.values.begin(), axis.values.end(), [](double v) { return v == std::round(v); });
   constexpr int count = 65;
-  std::vector<double> values = axis.values;
   for (int i = 0; i < count; ++i) {
-    const double value = 0.5 * *low * std::pow(4.0 * *high / *low, i / (count - 1.0));
+    const double value = 0.5 * low * std::pow(4.0 * high / low, i / (count - 1.0));
     values.push_back(whole ? std::max(1.0, std::round(value)) : value);
   }
   std::sort(values.begin(), values.end());
@@ -297,6 +309,7 @@ Advice advice_at(const SweptRows& rows, const Family& family, const Model& model
                 .seconds = time_law(model.of_time, x),
                 .memory = family.memory[nearest(family, x)],
                 .is_within = true,
+                .is_measured = false,
                 .error_factor = model.error_factor,
                 .time_factor = model.time_factor,
                 .rows = model.points.size(),
@@ -307,7 +320,7 @@ Advice advice_at(const SweptRows& rows, const Family& family, const Model& model
       advice.setting.push_back(fmt::format("{}={}", axis.name, family.words[word++]));
       continue;
     }
-    const double value = x[number++];
+    const double value = value_of(axis.name, x[number++]);
     advice.setting.push_back(fmt::format("{}={:.6g}", axis.name, value));
     const auto [low, high] = std::minmax_element(axis.values.begin(), axis.values.end());
     if (value < *low || value > *high) advice.is_within = false;
@@ -332,7 +345,8 @@ SweptRows swept_rows(const observe::Record& sweep, const observe::Record& cost, 
 Advice advise(const SweptRows& rows, const Wanted& wanted) {
   const std::vector<const Column*> axes = numeric(rows);
   for (const Column* axis : axes) {
-    if (!std::all_of(axis->values.begin(), axis->values.end(), [](double v) { return v > 0.0; }))
+    if (!std::all_of(axis->values.begin(), axis->values.end(),
+                     [&](double v) { return variable(axis->name, v) > 0.0; }))
       throw NumericalFailure(
           fmt::format("the axis {} has values that are not positive: no power law", axis->name),
           FailureMode::NotConverged);
@@ -345,14 +359,25 @@ Advice advise(const SweptRows& rows, const Wanted& wanted) {
       ++too_few;
       continue;
     }
+    const auto consider = [&](const Advice& one, double safety) {
+      if (!most_accurate || one.error < most_accurate->error) most_accurate = one;
+      if (wanted.budget && one.seconds <= *wanted.budget && (!in_budget || one.error < in_budget->error))
+        in_budget = one;
+      if (one.error * safety > wanted.error || (best && one.seconds >= best->seconds)) return;
+      best = one;
+    };
+    if (model->error_factor > trusted) {
+      for (std::size_t i = 0; i < model->points.size(); ++i) {
+        Advice row = advice_at(rows, family, *model, model->points[i]);
+        row.error = model->error[i];
+        row.seconds = model->seconds[i];
+        row.is_measured = true;
+        consider(row, 1.0);
+      }
+      continue;
+    }
     for_each_point(axes, [&](const Point& x) {
-      if (!is_usable(family, *model, x)) return;
-      const double error = error_law(model->of_error, x), seconds = time_law(model->of_time, x);
-      if (!most_accurate || error < most_accurate->error) most_accurate = advice_at(rows, family, *model, x);
-      if (wanted.budget && seconds <= *wanted.budget && (!in_budget || error < in_budget->error))
-        in_budget = advice_at(rows, family, *model, x);
-      if (error * model->error_factor > wanted.error || (best && seconds >= best->seconds)) return;
-      best = advice_at(rows, family, *model, x);
+      if (is_usable(family, *model, x)) consider(advice_at(rows, family, *model, x), model->error_factor);
     });
   }
   if (!most_accurate) {

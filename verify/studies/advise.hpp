@@ -4,8 +4,8 @@
 ///
 ///   error = B + sum_a A_a x_a^(-p_a),   time = T + C product_a x_a^(q_a)
 ///
-/// over the axes x_a that take numbers. How far that may be trusted is measured: each row is predicted from
-/// the others.
+/// over the axes x_a that take numbers, of a relaxation time tau - 1/2. How far that may be trusted is
+/// measured: each row is predicted from the others.
 #pragma once
 
 #include <optional>
@@ -36,15 +36,17 @@ struct Advice {
   std::vector<std::string> setting;  // `key=value` of each axis
   double error, seconds, memory;     // as predicted; memory is that of the nearest row  [bytes]
   bool is_within;                    // the range of the sweep; else beyond it by a factor of two at most
+  bool is_measured;                  // a row of the sweep: the fit is worth too little to go between rows
   double error_factor, time_factor;  // worst of each row of this combination predicted from the others
   std::size_t rows;                  // of this combination
   std::string limited_by;  // the axis whose term is most of the error; `nothing` for what no axis lowers
 };
 
-/// The setting with the least time whose predicted error, times error_factor, is at most the wanted one; no
-/// farther than a factor of two beyond the swept range, there only where the error falls, and not in a cell
-/// of the grid of which a corner did not complete. Throws NumericalFailure, with what can be reached instead,
-/// when there is none or it exceeds the budget, and when the rows are too few for a fit.
+/// A fit that misses a left-out row by more than a factor of two is not used: then only the rows themselves
+/// are offered. Else the setting with the least time whose predicted error, times error_factor, is at most
+/// the wanted one; no farther than a factor of two beyond the swept range, there only where the error falls,
+/// and not in a cell of the grid of which a corner did not complete. Throws NumericalFailure, with what can
+/// be reached instead, when there is none or it exceeds the budget, and when the rows are too few for a fit.
 Advice advise(const SweptRows& rows, const Wanted& wanted);
 
 }  // namespace veriflex::studies

@@ -109,3 +109,15 @@ TEST_CASE("Where rows did not complete nothing is advised, and too few rows are 
   CHECK_THROWS_WITH(advise(swept({8.0, 16.0}, {1.0}), {0.1, {}}),
                     ContainsSubstring("too few completed rows"));
 }
+
+TEST_CASE("A sweep that follows no such law is offered row by row") {
+  SweptRows rows = swept(resolutions, rounds);
+  for (std::size_t i = 0; i < rows.error.size(); ++i) rows.error[i] *= i % 3 == 0 ? 30.0 : 1.0;
+  const Advice advice = advise(rows, {0.03, {}});
+  CHECK(advice.is_measured);
+  CHECK(advice.error_factor > 2.0);
+  double least = INFINITY;
+  for (std::size_t i = 0; i < rows.error.size(); ++i)
+    if (rows.error[i] <= 0.03) least = std::min(least, rows.seconds[i]);
+  CHECK(advice.seconds == least);
+}
