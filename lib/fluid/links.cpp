@@ -69,6 +69,15 @@ std::vector<bool> inside_of(const Spec& spec) {
   return is_obstacle;
 }
 
+std::vector<std::int64_t> outside_of_obstacle(const Spec& spec) {
+  const std::vector<bool> is_obstacle = inside_of(spec);
+  std::vector<std::int64_t> nodes;
+  for (std::int64_t node = 0; node < spec.grid.count(); ++node) {
+    if (is_obstacle.empty() || !is_obstacle[static_cast<std::size_t>(node)]) nodes.push_back(node);
+  }
+  return nodes;
+}
+
 std::vector<CutLink> links_of(const Spec& spec, const std::vector<bool>& is_obstacle) {
   std::vector<CutLink> links;
   for (const std::int64_t node : spec.obstacle) {

@@ -6,12 +6,25 @@
 #include <vector>
 
 #include "fluid/fluid.hpp"
+#include "fluid/sweep.hpp"
 
 namespace veriflex::fluid {
 
 constexpr std::array<std::int64_t, 3> velocity(int q) {
   const auto& v = c[static_cast<std::size_t>(q)];
   return {v[0], v[1], v[2]};
+}
+
+/// What a sweep is told of a fluid, whatever stands for its nodes: size, lanes, force, walls.
+template <class Real, class Lattice>
+void describe(const Spec& spec, Lattice& lattice) {
+  lattice.nx = spec.grid.size[0];
+  lattice.ny = spec.grid.size[1];
+  lattice.nz = spec.grid.size[2];
+  lattice.lanes = lanes_for<Real>(lattice.nx);
+  lattice.forced = !spec.body_force.isZero(0.0);
+  lattice.scheme = spec.scheme;
+  for (std::size_t axis = 0; axis < 3; ++axis) lattice.closed[axis] = spec.walls[axis].has_value();
 }
 
 /// c(q).v
@@ -34,6 +47,9 @@ struct CutLink {
 
 /// Nodes inside of the obstacle; empty without one.
 std::vector<bool> inside_of(const Spec& spec);
+
+/// All other nodes, in the order of the grid.
+std::vector<std::int64_t> outside_of_obstacle(const Spec& spec);
 
 /// Links between the obstacle and the fluid; those that cross a wall are the sweep's own matter.
 std::vector<CutLink> links_of(const Spec& spec, const std::vector<bool>& is_obstacle);

@@ -70,22 +70,15 @@ class MomentFluid final : public Fluid {
  public:
   explicit MomentFluid(const Spec& wanted)
       : Fluid(wanted), pages_(allocate_pages(static_cast<std::size_t>(2 * copy_bytes(wanted)))) {
-    const Grid& grid = spec_.grid;
-    lattice_.nx = grid.size[0];
-    lattice_.ny = grid.size[1];
-    lattice_.nz = grid.size[2];
-    lattice_.lanes = lanes_for<Real>(grid.size[0]);
+    describe<Real>(spec_, lattice_);
     const Vec3& g = spec_.body_force;
-    lattice_.forced = !g.isZero(0.0);
-    lattice_.scheme = spec_.scheme;
     lattice_.law = visit(spec_.scheme, [&](auto force) {
       return moment_force<decltype(force), Real>({g[0], g[1], g[2]});
     });
-    for (std::size_t axis = 0; axis < 3; ++axis) lattice_.closed[axis] = spec_.walls[axis].has_value();
     // What fits the third-level cache is better left there.
     constexpr std::int64_t cached = std::int64_t{1} << 20;
     lattice_.streams = lattice_.lanes == lanes_for<Real>(64) && 2 * copy_bytes(spec_) > cached;
-    for (std::int64_t x = 0; x < grid.size[0]; ++x) place_.push_back(lattice_.place(x, 0));
+    for (std::int64_t x = 0; x < lattice_.nx; ++x) place_.push_back(lattice_.place(x, 0));
     gains_ = gains_of(spec_);
     is_obstacle_ = inside_of(spec_);
     shores_ = shores_of(spec_, is_obstacle_);

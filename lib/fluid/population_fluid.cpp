@@ -35,23 +35,16 @@ class PopulationFluid final : public Fluid {
  public:
   explicit PopulationFluid(const Spec& wanted)
       : Fluid(wanted), pages_(allocate_pages(static_cast<std::size_t>(population_bytes(wanted)))) {
-    const Grid& grid = spec_.grid;
     for (int q = 0; q < Q; ++q) {
       lattice_.slots[q] = reinterpret_cast<Real*>(pages_.get() + q * stride_bytes(spec_));
     }
     lattice_.ends = reinterpret_cast<Real*>(pages_.get() + Q * stride_bytes(spec_));
-    lattice_.nx = grid.size[0];
-    lattice_.ny = grid.size[1];
-    lattice_.nz = grid.size[2];
-    lattice_.lanes = lanes_for<Real>(grid.size[0]);
+    describe<Real>(spec_, lattice_);
     const Vec3& g = spec_.body_force;
-    lattice_.forced = !g.isZero(0.0);
-    lattice_.scheme = spec_.scheme;
     lattice_.law = visit(spec_.scheme, [&](auto force) {
       return collision<decltype(force), Real>(spec_.relaxation_time, {g[0], g[1], g[2]});
     });
-    for (std::size_t axis = 0; axis < 3; ++axis) lattice_.closed[axis] = spec_.walls[axis].has_value();
-    for (std::int64_t x = 0; x < grid.size[0]; ++x) place_.push_back(lattice_.place(x));
+    for (std::int64_t x = 0; x < lattice_.nx; ++x) place_.push_back(lattice_.place(x));
     gains_ = gains_of(spec_);
     is_obstacle_ = inside_of(spec_);
     for (const CutLink& link : links_of(spec_, is_obstacle_)) {

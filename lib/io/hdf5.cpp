@@ -236,24 +236,21 @@ auto read_attribute(const std::string& file_name, hid_t file, const std::string&
   });
 }
 
+std::vector<std::string> read_texts(hid_t attribute, hid_t space) {
+  const Handle type = utf8_text();
+  std::vector<char*> raw(size_of(space), nullptr);
+  check(H5Aread(attribute, type, raw.data()), "attribute");
+  return taken(raw, type, space);
+}
+
 }  // namespace
 
 std::string Hdf5File::attribute(const std::string& path, const std::string& name) const {
-  return read_attribute(name_, file_, path, name, H5T_STRING, false, [&](hid_t attribute, hid_t space) {
-    const Handle type = utf8_text();
-    std::vector<char*> raw(1, nullptr);
-    check(H5Aread(attribute, type, raw.data()), name);
-    return taken(raw, type, space).front();
-  });
+  return read_attribute(name_, file_, path, name, H5T_STRING, false, read_texts).front();
 }
 
 std::vector<std::string> Hdf5File::attribute_texts(const std::string& path, const std::string& name) const {
-  return read_attribute(name_, file_, path, name, H5T_STRING, true, [&](hid_t attribute, hid_t space) {
-    const Handle type = utf8_text();
-    std::vector<char*> raw(size_of(space), nullptr);
-    check(H5Aread(attribute, type, raw.data()), name);
-    return taken(raw, type, space);
-  });
+  return read_attribute(name_, file_, path, name, H5T_STRING, true, read_texts);
 }
 
 std::int64_t Hdf5File::integer(const std::string& path, const std::string& name) const {

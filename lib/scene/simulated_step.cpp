@@ -9,6 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/stop.hpp"
+#include "fluid/links.hpp"
 #include "scene/coupled_step.hpp"
 #include "solid/dof_map.hpp"
 #include "solid/modes.hpp"
@@ -75,11 +76,7 @@ SimulatedStep::SimulatedStep(const Scene& scene) {
   for (std::size_t i = 0; i < still.bodies.size(); ++i) {
     if (!still.bodies[i].motion) add_body(still.bodies[i], i);
   }
-  std::vector<char> is_solid(static_cast<std::size_t>(scene.fluid->grid.count()), 0);
-  for (const std::int64_t node : scene.fluid->obstacle) is_solid[static_cast<std::size_t>(node)] = 1;
-  for (std::size_t node = 0; node < is_solid.size(); ++node) {
-    if (is_solid[node] == 0) fluid_nodes_.push_back(node);
-  }
+  fluid_nodes_ = fluid::outside_of_obstacle(*scene.fluid);
   weight_.resize(first_population_ + fluid::Q * static_cast<Eigen::Index>(fluid_nodes_.size()));
   for (const auto& body : bodies_) {
     weight_.segment(body->first, body->count()).setConstant(body->shift);
@@ -134,8 +131,8 @@ State SimulatedStep::perturbed(const Vector& state, double scale) const {
     }
   }
   Eigen::Index next = first_population_;
-  for (const std::size_t node : fluid_nodes_) {
-    for (double& h : put.fluid->populations[node]) h += scale * state[next++];
+  for (const std::int64_t node : fluid_nodes_) {
+    for (double& h : put.fluid->populations[static_cast<std::size_t>(node)]) h += scale * state[next++];
   }
   return put;
 }
@@ -152,8 +149,8 @@ SimulatedStep::Vector SimulatedStep::read() const {
     }
   }
   Eigen::Index next = first_population_;
-  for (const std::size_t node : fluid_nodes_) {
-    for (const double h : now.fluid->populations[node]) state[next++] = h;
+  for (const std::int64_t node : fluid_nodes_) {
+    for (const double h : now.fluid->populations[static_cast<std::size_t>(node)]) state[next++] = h;
   }
   return state;
 }
@@ -254,8 +251,8 @@ void SimulatedStep::find_invariants() {
   const auto candidate = [&](int axis, bool along, bool across) {
     Candidate made{Vector::Zero(size()), Vector::Zero(size()), along ? -1.0 : 1.0};
     Eigen::Index next = first_population_;
-    for (const std::size_t node : fluid_nodes_) {
-      const double sign = sign_of(grid.node(static_cast<std::int64_t>(node)), axis, along, across);
+    for (const std::int64_t node : fluid_nodes_) {
+      const double sign = sign_of(grid.node(node), axis, along, across);
       for (std::size_t q = 0; q < fluid::Q; ++q, ++next) {
         made.sum[next] = sign * (axis < 0 ? 1.0 : fluid::c[q][static_cast<std::size_t>(axis)]);
         made.state[next] = fluid::w(static_cast<int>(q)) * made.sum[next];

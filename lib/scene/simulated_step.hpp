@@ -8,8 +8,9 @@
 /// collisions shorten a state, streaming and leap-frog keep it.
 ///
 /// Rest is the undeformed scene without loads, drives, body force, initial flow, motion of walls or of
-/// prescribed bodies; what is driven is held. The fluid is one of populations at any tau. A state is scaled to 1e-8, so that what is not linear is less
-/// than 1e-6 of a step even with a FENE-LJ bond, and what is rounded some 1e-8.
+/// prescribed bodies; what is driven is held. The fluid is one of populations at any tau. A state is scaled
+/// to 1e-8, so that what is not linear is less than 1e-6 of a step even with a FENE-LJ bond, and what is
+/// rounded some 1e-8.
 #pragma once
 
 #include <Eigen/SparseCholesky>
@@ -81,7 +82,7 @@ class SimulatedStep {
   std::unique_ptr<Simulation> simulation_;
   State rest_;
   std::vector<std::unique_ptr<FreeBody>> bodies_;
-  std::vector<std::size_t> fluid_nodes_;
+  std::vector<std::int64_t> fluid_nodes_;
   Eigen::Index first_population_ = 0;
   Vector weight_;                          // of each number in a state; of u the shift alone
   Eigen::MatrixXd conserved_, unchanged_;  // left and right eigenvectors, a column each

@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "base/error.hpp"
+#include "fluid/links.hpp"
 
 namespace veriflex::scene {
 
@@ -43,12 +44,7 @@ Simulation::Simulation(Scene scene) {
 }
 
 UniformForce::UniformForce(const fluid::Spec& fluid, std::function<Vec3(std::int64_t step)> force)
-    : force_(std::move(force)) {
-  std::vector<bool> is_solid(static_cast<std::size_t>(fluid.grid.count()), false);
-  for (const std::int64_t node : fluid.obstacle) is_solid[static_cast<std::size_t>(node)] = true;
-  for (std::int64_t node = 0; node < fluid.grid.count(); ++node) {
-    if (!is_solid[static_cast<std::size_t>(node)]) nodes_.push_back(node);
-  }
+    : force_(std::move(force)), nodes_(fluid::outside_of_obstacle(fluid)) {
   on_nodes_.resize(static_cast<Eigen::Index>(nodes_.size()), 3);
 }
 

@@ -359,25 +359,28 @@ Advice advise(const SweptRows& rows, const Wanted& wanted) {
       ++too_few;
       continue;
     }
-    const auto consider = [&](const Advice& one, double safety) {
-      if (!most_accurate || one.error < most_accurate->error) most_accurate = one;
-      if (wanted.budget && one.seconds <= *wanted.budget && (!in_budget || one.error < in_budget->error))
-        in_budget = one;
-      if (one.error * safety > wanted.error || (best && one.seconds >= best->seconds)) return;
-      best = one;
+    const auto consider = [&](double error, double seconds, double safety, const auto& make) {
+      if (!most_accurate || error < most_accurate->error) most_accurate = make();
+      if (wanted.budget && seconds <= *wanted.budget && (!in_budget || error < in_budget->error))
+        in_budget = make();
+      if (error * safety <= wanted.error && (!best || seconds < best->seconds)) best = make();
     };
     if (model->error_factor > trusted) {
       for (std::size_t i = 0; i < model->points.size(); ++i) {
-        Advice row = advice_at(rows, family, *model, model->points[i]);
-        row.error = model->error[i];
-        row.seconds = model->seconds[i];
-        row.is_measured = true;
-        consider(row, 1.0);
+        consider(model->error[i], model->seconds[i], 1.0, [&] {
+          Advice row = advice_at(rows, family, *model, model->points[i]);
+          row.error = model->error[i];
+          row.seconds = model->seconds[i];
+          row.is_measured = true;
+          return row;
+        });
       }
       continue;
     }
     for_each_point(axes, [&](const Point& x) {
-      if (is_usable(family, *model, x)) consider(advice_at(rows, family, *model, x), model->error_factor);
+      if (!is_usable(family, *model, x)) return;
+      consider(error_law(model->of_error, x), time_law(model->of_time, x), model->error_factor,
+               [&] { return advice_at(rows, family, *model, x); });
     });
   }
   if (!most_accurate) {

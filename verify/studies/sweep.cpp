@@ -131,6 +131,7 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
   for (const Cell& cell : grid) asked.push_back(settings(sweep.axes, cell));
   const std::vector<Row> rows = run_rows(sweep.base, asked, sweep.workspace, sweep.timing, "rows", progress);
   cost.finish("rows");
+  refuse_if_none_was_read(rows);
 
   std::vector<Column> leading = columns_of(sweep.axes);
   for (const Cell& cell : grid) append(leading, sweep.axes, cell);
@@ -138,7 +139,7 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
       table_of("sweep", fmt::format("{} over {}", sweep.base.id, in_words(sweep.axes)), leading, rows);
   const Record costs = cost_table("sweep", sweep.timing, leading, rows);
   std::vector<Record> fronts;
-  if (!sweep.error.empty()) fronts = fronts_of(sweep, grid, table, costs);
+  if (!sweep.error.empty() && sweep.workspace.shards == 1) fronts = fronts_of(sweep, grid, table, costs);
   seen.open("sweep") = table;
   for (std::size_t a = 0; a < sweep.axes.size(); ++a) {
     if (sweep.workspace.shards > 1 || spacings(sweep.axes[a].numbers).empty()) continue;
@@ -158,7 +159,6 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
   }
   seen.records.push_back(costs);
   seen.records.insert(seen.records.end(), fronts.begin(), fronts.end());
-  refuse_if_none_was_read(rows);
   warn_of_failures(rows, progress);
   count_rows(rows, seen);
   sweep.questions.answer(table, seen);
@@ -173,16 +173,17 @@ engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& c
     table.fail("axes", "there are none", "a sweep changes at least one key",
                "Write for example axes = [{ key = \"fluid.relaxation_time\", values = [0.6, 1.0] }]");
   }
+  const std::vector<observe::Metric> measured = engine::measured(measure);
   std::vector<std::string> counted;
   for (const work::Field& field : work::fields) counted.emplace_back(field.name);
   const Sweep sweep{
       .base = base,
       .axes = axes,
       .timing = read_timing(table),
-      .error = table.has("error") ? table.choice("error", engine::names_of(engine::measured(measure))) : "",
+      .error = table.has("error") ? table.choice("error", engine::names_of(measured)) : "",
       .against_finest = table.has("reference") && table.choice("reference", {"finest"}) == "finest",
       .work = table.has("work") ? table.choice("work", counted) : "bytes_moved",
-      .questions = read_questions(checks, "sweep", columns_of(axes), engine::measured(measure)),
+      .questions = read_questions(checks, "sweep", columns_of(axes), measured),
       .workspace = workspace};
   measure.plan.built.push_back(
       {"sweep", fmt::format("{} runs of the case, over {}", cells(axes).size(), in_words(axes)), 0.0});

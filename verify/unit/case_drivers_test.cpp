@@ -28,7 +28,7 @@ observe::Observations seen_by(Read read, const std::string& text) {
   const engine::Study study = read(io::parse_document(text, "case.toml"));
   Progress progress("test");
   engine::Cost cost;
-  observe::Observations seen;
+  observe::Observations seen = engine::begin(study);
   study.run(seen, progress, cost);
   return seen;
 }

@@ -77,17 +77,6 @@ std::unique_ptr<Fluid> of_moments(const Spec& spec) {
 
 std::vector<Populations> populations_of(const Fluid& fluid) { return fluid.state().populations; }
 
-/// A different state at every node, of the size of weak flow, out of equilibrium.
-std::function<Populations(std::int64_t)> disorder(double amplitude) {
-  return [amplitude](std::int64_t node) {
-    Random random(static_cast<unsigned>(node) + 7U);
-    std::uniform_real_distribution<double> noise(-amplitude, amplitude);
-    Populations h;
-    for (int q = 0; q < Q; ++q) h[static_cast<std::size_t>(q)] = w(q) * noise(random);
-    return h;
-  };
-}
-
 /// Forces on some nodes, neighbours among them, that differ from step to step.
 struct Pushes {
   std::vector<std::int64_t> nodes;
@@ -154,8 +143,6 @@ double departure_from_populations(const Spec& spec, int steps, int every) {
 Spec box(std::int64_t x, std::int64_t y, std::int64_t z) {
   return {.grid = {{x, y, z}}, .relaxation_time = 1.0, .representation = Representation::Moments};
 }
-
-Walls sliding() { return {.low_velocity = {0.01, -0.02, 0.03}, .high_velocity = {-0.03, 0.01, 0.02}}; }
 
 /// Walls, an obstacle and a force at once.
 Spec crowded(std::int64_t nx, Storage storage = Storage::Double) {
@@ -339,70 +326,6 @@ TEST_CASE("Velocities, sums, extremes and stress of moments are those of populat
     moments->collide_and_stream(pushes.at(step));
     populations->collide_and_stream(pushes.at(step));
   }
-}
-
-TEST_CASE("Mass, momentum and staggered momentum of moments stay to round-off") {
-  Spec spec = box(16, 8, 8);
-  for (const Scheme scheme : {Scheme::FirstOrder, Scheme::Guo}) {
-    spec.scheme = scheme;
-    spec.body_force = {1e-5, 2e-5, -3e-5};
-    const auto fluid = make_fluid(spec);
-    fluid->start(disorder(0.01));
-    const Totals before = fluid->totals();
-    for (int step = 0; step < 100; ++step) fluid->collide_and_stream();
-    const Totals after = fluid->totals();
-    const auto volume = static_cast<double>(spec.grid.count());
-    CHECK(std::abs(after.mass_deviation - before.mass_deviation) < 1e-14 * volume);
-    CHECK((after.momentum - before.momentum - 100.0 * volume * spec.body_force).norm() < 1e-14 * volume);
-  }
-  spec.body_force.setZero();
-  const auto fluid = make_fluid(spec);
-  fluid->start(disorder(0.1));
-  const Vec3 before = fluid->totals().staggered_momentum;
-  CHECK(before.norm() > 0.01);
-  for (int step = 0; step < 101; ++step) fluid->collide_and_stream();
-  CHECK((fluid->totals().staggered_momentum - before).norm() < 1e-12);
-}
-
-TEST_CASE("The inside of an obstacle is at rest in a fluid of moments, whatever pushes there") {
-  Spec spec = box(8, 6, 7);
-  spec.body_force = {0.01, 0.0, 0.0};
-  for (const std::int64_t z : {2, 3}) {
-    for (const std::int64_t y : {1, 2, 3}) {
-      for (const std::int64_t x : {1, 2, 3}) spec.obstacle.push_back(spec.grid.index(x, y, z));
-    }
-  }
-  const auto fluid = make_fluid(spec);
-  const std::int64_t inner = spec.obstacle[4];
-  fluid->start([inner](std::int64_t node) { return equilibrium(node == inner ? NAN : 1.0, Vec3::Zero()); });
-  const std::vector<std::int64_t> pushed{inner};
-  const Positions push = Positions::Constant(1, 3, 0.1);
-  for (int step = 0; step < 7; ++step) fluid->collide_and_stream({pushed, &push});
-  Positions u;
-  fluid->velocities(spec.obstacle, u);
-  CHECK(u.isZero(0.0));
-  std::vector<Populations> h(spec.obstacle.size());
-  fluid->populations(spec.obstacle, h);
-  for (const Populations& here : h) CHECK(here == Populations{});
-  CHECK(std::isfinite(fluid->extremes().max_speed));
-  CHECK(fluid->extremes().min_density > 0.9);
-  CHECK(std::isfinite(fluid->totals().mass_deviation));
-}
-
-TEST_CASE("What is not a number is the greatest of all in a fluid of moments too") {
-  const auto fluid = make_fluid(box(8, 4, 4));
-  fluid->start([](std::int64_t node) { return equilibrium(node == 5 ? NAN : 1.0, Vec3::Zero()); });
-  CHECK(std::isnan(fluid->extremes().max_speed));
-  CHECK(fluid->extremes().min_density_node == 5);
-  fluid->collide_and_stream();
-  CHECK(std::isnan(fluid->extremes().max_speed));
-  fluid->start([](std::int64_t node) {
-    Populations h{};
-    if (node == 37) h[0] = INFINITY;
-    return h;
-  });
-  CHECK(std::isnan(fluid->extremes().min_density));
-  CHECK(fluid->extremes().min_density_node == 37);
 }
 
 TEST_CASE("Moments stand for populations at tau = 1 and nowhere else, in half of the memory") {

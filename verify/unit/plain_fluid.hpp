@@ -1,13 +1,28 @@
 /// The fluid as a textbook writes it: two lattices, populations f themselves, one node after the other, no
-/// care for speed. What the fast loops are compared with.
+/// care for speed. What the fast loops are compared with, and what they are compared on.
 #pragma once
 
 #include <algorithm>
+#include <functional>
+#include <random>
 #include <vector>
 
 #include "fluid/fluid.hpp"
 
 namespace veriflex::fluid {
+
+/// A different state at every node, of the size of weak flow, out of equilibrium.
+inline std::function<Populations(std::int64_t)> disorder(double amplitude) {
+  return [amplitude](std::int64_t node) {
+    std::mt19937 random(static_cast<unsigned>(node) + 7U);
+    std::uniform_real_distribution<double> noise(-amplitude, amplitude);
+    Populations h;
+    for (int q = 0; q < Q; ++q) h[static_cast<std::size_t>(q)] = w(q) * noise(random);
+    return h;
+  };
+}
+
+inline Walls sliding() { return {.low_velocity = {0.01, -0.02, 0.03}, .high_velocity = {-0.03, 0.01, 0.02}}; }
 
 class PlainFluid {
  public:

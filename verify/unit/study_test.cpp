@@ -236,6 +236,16 @@ TEST_CASE("A sweep that is asked for an error has its front, and timed rows have
   CHECK(errors[0] == Approx(0.75));
   CHECK(errors[1] == Approx(0.5));
   CHECK(std::isnan(errors[2]));
+  // Of a study of which no run can be read, the reader is told, not the missing error.
+  const Ran unread =
+      ran(folder, "sweep bar.toml --over bond.bond_stiffness=-1,-2 --error young_modulus --out out");
+  CHECK(unread.code == 2);
+  CHECK_THAT(unread.err, ContainsSubstring("no run of the study can be read"));
+  // A part of the grid has no front, and no finest row.
+  CHECK(ran(folder,
+            "sweep bar.toml --over bond.bond_stiffness=0.1,-1 --error young_modulus --against-finest "
+            "--shard 1/2 --out part")
+            .code == 0);
   // A row that shares the finest value of an axis hides its error along it.
   const Ran two = ran(folder,
                       "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --over 'solid.nodes.2=6,9' "

@@ -67,36 +67,55 @@ double critical_factor_of_map(const scene::Scene& scene) {
   return factor;
 }
 
-void run(const SpectrumStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  const auto metric = [&](const char* name, double value, const char* dimension, const char* meaning) {
-    seen.metrics.push_back({name, value, dimension, meaning});
-  };
-  progress.show("spectrum", 0, study.resolution ? 4 : 2);
-  const scene::ExactGrowth exact = scene::exact_growth(study.scene, study.search);
-  cost.finish("spectrum");
-  Record spectrum{"spectrum",
+Observations declared(bool with_least_mass) {
+  Observations all;
+  all.records = {{"spectrum",
                   "Eigenvalues of largest magnitude of a step",
                   {{"real", "Re lambda", "1", "real part", {}},
                    {"imaginary", "Im lambda", "1", "imaginary part", {}},
                    {"magnitude", "|lambda|", "1", "growth in a step", {}},
                    {"residual", "", "1", "|G x - lambda x| over |x|, in energies", {}},
-                   {"bodies", "", "1", "share of the bodies in the energy of x", {}}}};
+                   {"bodies", "", "1", "share of the bodies in the energy of x", {}}}}};
+  all.metrics = {{"growth", {}, "1", "largest |lambda| of a step, without known invariants"},
+                 {"grows", {}, "1", "1: by more than the resolution"},
+                 {"growth_residual", {}, "1", "of the eigenvalue that it is of"},
+                 {"growth_resolution", {}, "1", "growth above 1 that might not have been seen"},
+                 {"growth_steps", {}, "1", "of the simulation, spent on the spectrum"},
+                 {"growth_map", {}, "1", "of the linearised exchange without the fluid's own motion"},
+                 {"grew", {}, "1", "1: the kicked run grew"},
+                 {"growth_measured", {}, "1", "of the kicked run, in its second half; where it grew"},
+                 {"growth_ratio", {}, "1", "measured over that of the spectrum"}};
+  if (!with_least_mass) return all;
+  all.metrics.insert(all.metrics.end(),
+                     {{"critical_node_mass", {}, "M", "least stable node mass, by the spectrum"},
+                      {"critical_node_mass_map", {}, "M", "the same without the fluid's own motion"},
+                      {"critical_node_mass_measured", {}, "M", "the same of kicked runs"},
+                      {"critical_ratio", {}, "1", "measured over that of the spectrum"},
+                      {"critical_ratio_map", {}, "1", "measured over that of the map"},
+                      {"critical_error", {}, "1", "how far they are apart"}});
+  return all;
+}
+
+void run(const SpectrumStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+  progress.show("spectrum", 0, study.resolution ? 4 : 2);
+  const scene::ExactGrowth exact = scene::exact_growth(study.scene, study.search);
+  cost.finish("spectrum");
+  Record& spectrum = seen.open("spectrum");
   for (const scene::Eigenvalue& e : exact.spectrum) {
     spectrum.append({e.value.real(), e.value.imag(), std::abs(e.value), e.residual, e.bodies});
   }
-  seen.records.push_back(spectrum);
   const double map = growth_of_map(study.scene);
-  metric("growth", exact.factor, "1", "largest |lambda| of a step, without known invariants");
-  metric("grows", exact.grows() ? 1.0 : 0.0, "1", "1: by more than the resolution");
-  metric("growth_residual", exact.residual, "1", "of the eigenvalue that it is of");
-  metric("growth_resolution", exact.resolution, "1", "growth above 1 that might not have been seen");
-  metric("growth_steps", static_cast<double>(exact.steps), "1", "of the simulation, spent on the spectrum");
-  metric("growth_map", map, "1", "of the linearised exchange without the fluid's own motion");
+  seen.set("growth", exact.factor);
+  seen.set("grows", exact.grows() ? 1.0 : 0.0);
+  seen.set("growth_residual", exact.residual);
+  seen.set("growth_resolution", exact.resolution);
+  seen.set("growth_steps", static_cast<double>(exact.steps));
+  seen.set("growth_map", map);
   progress.show("spectrum", 1, study.resolution ? 4 : 2);
   const KickedRun measured = run_kicked(kicked(study.scene, 1.0), study.steps);
-  metric("grew", measured.grows ? 1.0 : 0.0, "1", "1: the kicked run grew");
-  metric("growth_measured", measured.growth, "1", "of the kicked run, in its second half; where it grew");
-  metric("growth_ratio", measured.growth / exact.factor, "1", "measured over that of the spectrum");
+  seen.set("grew", measured.grows ? 1.0 : 0.0);
+  seen.set("growth_measured", measured.growth);
+  seen.set("growth_ratio", measured.growth / exact.factor);
   cost.finish("kicked run");
   if (!study.resolution) return;
 
@@ -113,12 +132,12 @@ void run(const SpectrumStudy& study, Observations& seen, Progress& progress, eng
       least_stable([&](double factor) { return run_kicked(kicked(study.scene, factor), study.steps).grows; },
                    of_spectrum, *study.resolution, "kicked runs");
   cost.finish("least mass of the runs");
-  metric("critical_node_mass", of_spectrum * mass, "M", "least stable node mass, by the spectrum");
-  metric("critical_node_mass_map", of_map * mass, "M", "the same without the fluid's own motion");
-  metric("critical_node_mass_measured", of_runs * mass, "M", "the same of kicked runs");
-  metric("critical_ratio", of_runs / of_spectrum, "1", "measured over that of the spectrum");
-  metric("critical_ratio_map", of_runs / of_map, "1", "measured over that of the map");
-  metric("critical_error", std::abs(of_runs / of_spectrum - 1.0), "1", "how far they are apart");
+  seen.set("critical_node_mass", of_spectrum * mass);
+  seen.set("critical_node_mass_map", of_map * mass);
+  seen.set("critical_node_mass_measured", of_runs * mass);
+  seen.set("critical_ratio", of_runs / of_spectrum);
+  seen.set("critical_ratio_map", of_runs / of_map);
+  seen.set("critical_error", std::abs(of_runs / of_spectrum - 1.0));
 }
 
 }  // namespace
@@ -149,28 +168,8 @@ engine::Study read_coupled_spectrum(const io::Table& top) {
   }
   scene::Plan plan = plan_of(top, read.scene);
   check_places(read);
-  std::vector<std::string> measures{"growth",
-                                    "grows",
-                                    "growth_residual",
-                                    "growth_resolution",
-                                    "growth_steps",
-                                    "growth_map",
-                                    "grew",
-                                    "growth_measured",
-                                    "growth_ratio",
-                                    "spectrum.real",
-                                    "spectrum.imaginary",
-                                    "spectrum.magnitude",
-                                    "spectrum.residual",
-                                    "spectrum.bodies"};
-  if (study.resolution) {
-    for (const char* name : {"critical_node_mass", "critical_node_mass_map", "critical_node_mass_measured",
-                             "critical_ratio", "critical_ratio_map", "critical_error"}) {
-      measures.emplace_back(name);
-    }
-  }
   return {.plan = std::move(plan),
-          .measures = measures,
+          .declares = declared(study.resolution.has_value()),
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);
           }};

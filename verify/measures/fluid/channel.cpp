@@ -40,10 +40,10 @@ std::int64_t read_nodes(const io::Table& t) { return t.integer("nodes", 2, max_a
 Common read_common(const io::Table& top, const std::string& axis) {
   const io::Table table = top.table("fluid");
   const io::Table t = top.table("channel");
-  const std::string given = t.has("axis") ? t.choice("axis", {"x", "y", "z"}) : axis;
+  const int given = t.has("axis") ? engine::read_axis(t) : axis[0] - 'x';
   Common common{.fluid = engine::read_fluid(top, engine::Varied::Nodes),
                 .nodes = read_nodes(t),
-                .axis = static_cast<std::size_t>(given[0] - 'x'),
+                .axis = static_cast<std::size_t>(given),
                 .velocity = read_velocity(t),
                 .monitor = engine::read_monitor(top)};
   for (const char* key : {"body_force", "walls_x", "walls_y", "walls_z", "obstacle"}) {

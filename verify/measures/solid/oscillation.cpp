@@ -218,24 +218,35 @@ double measured_period(const Oscillation& study) {
       study, shape, solid::Leapfrog(material, network, {}, study.time_step, {study.substeps, 0.0}, u, rest));
 }
 
+Observations declared(const Oscillation& study) {
+  Observations all;
+  all.metrics = {{"exact_period",
+                  {},
+                  "T",
+                  study.nodes == 2 ? "quadrature between the turning points (GSL)"
+                                   : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode"},
+                 {"substeps_per_period", {}, "1", "(sub-)steps per exact period"},
+                 {"dt_over_limit", {}, "1", "(sub-)step over leap-frog's linear limit 2/omega_max at rest"},
+                 {"period", {}, "T", "mean over the measured periods"},
+                 {"period_error", {}, "1", "relative departure from the exact period"}};
+  if (study.nodes == 2) {
+    all.metrics.push_back(
+        {"period_over_harmonic", {}, "1", "exact period over that of a harmonic pair of the same stiffness"});
+  }
+  return all;
+}
+
 void run(const Oscillation& study, Observations& seen) {
   const double k = bond::stiffness(study.law, study.rest_length);
   const double limit = 2.0 / std::sqrt(study.nodes == 2 ? 2.0 * k : 4.0 * k);
-  seen.metrics = {{"exact_period", study.exact, "T",
-                   study.nodes == 2 ? "quadrature between the turning points (GSL)"
-                                    : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode"},
-                  {"substeps_per_period", study.exact / study.substep(), "1", "(sub-)steps per exact period"},
-                  {"dt_over_limit", study.substep() / limit, "1",
-                   "(sub-)step over leap-frog's linear limit 2/omega_max at rest"}};
-  if (study.nodes == 2) {
-    seen.metrics.push_back({"period_over_harmonic",
-                            study.exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi), "1",
-                            "exact period over that of a harmonic pair of the same stiffness"});
-  }
+  seen.set("exact_period", study.exact);
+  seen.set("substeps_per_period", study.exact / study.substep());
+  seen.set("dt_over_limit", study.substep() / limit);
+  if (study.nodes == 2)
+    seen.set("period_over_harmonic", study.exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi));
   const double period = measured_period(study);
-  seen.metrics.push_back({"period", period, "T", "mean over the measured periods"});
-  seen.metrics.push_back({"period_error", std::abs(period / study.exact - 1.0), "1",
-                          "relative departure from the exact period"});
+  seen.set("period", period);
+  seen.set("period_error", std::abs(period / study.exact - 1.0));
 }
 
 // The step, given as a length or as a part of the exact period.
@@ -312,15 +323,12 @@ engine::Study read_oscillation(const io::Table& top) {
            "Use fewer steps or periods, or another unit of time");
   }
   const Named<Integrator>& integrator = row_of(integrators, study.integrator);
-  std::vector<std::string> measures{"exact_period", "substeps_per_period", "dt_over_limit", "period",
-                                    "period_error"};
-  if (study.nodes == 2) measures.push_back("period_over_harmonic");
   return {.plan = engine::read_plan(top, {.law = law,
                                           .solid = solid,
                                           .method = fmt::format("{}, from rest", integrator.text),
                                           .moves = true,
                                           .is_free = true}),
-          .measures = measures,
+          .declares = declared(study),
           .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
             run(study, seen);
             cost.finish("motion");
