@@ -5,14 +5,15 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <iostream>
 #include <system_error>
 
+#include "advise_command.hpp"
 #include "base/error.hpp"
 #include "base/say.hpp"
-#include "advise_command.hpp"
 #include "case_commands.hpp"
 #include "claims_command.hpp"
 #include "contract_commands.hpp"
@@ -100,12 +101,26 @@ int run(int argc, char** argv) {
   }
 }
 
+bool has_ended = false;
+
+// A library that ends the program (OpenMP without a thread does) does so with code 1, which is a failed
+// check.
+void say_who_ended() {
+  if (has_ended) return;
+  veriflex::complain(
+      "a library ended the program, see above. Give it more threads or memory, or fewer --threads");
+  std::_Exit(exit_code::numerical);
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  std::atexit(say_who_ended);
   occupy_standard_streams();
   // Both would end the program in the middle of a run: without them, writing fails and says so.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  return said(run(argc, argv));
+  const int code = said(run(argc, argv));
+  has_ended = true;
+  return code;
 }

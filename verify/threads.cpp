@@ -3,6 +3,10 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <iterator>
 #include <latch>
 #include <system_error>
 #include <thread>
@@ -14,17 +18,37 @@ namespace veriflex {
 
 namespace {
 
-// Of `wanted` threads, this one included, as many as exist at the same time.
+// A joined thread counts against the system's limit until the kernel has put it away, which may be later:
+// a team made in between would lack it. Waits for that, at most a second.
+void await_their_end() {
+  namespace fs = std::filesystem;
+  for (int ms = 0; ms < 1000; ++ms) {
+    std::error_code none;
+    const fs::directory_iterator alive("/proc/self/task", none);
+    if (none || std::distance(begin(alive), end(alive)) <= 1) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
+// Of `wanted` threads, this one included, as many as exist at the same time, each with memory of its own:
+// the allocator sets some aside for a thread that asks.
 int threads_to_be_had(int wanted) {
   std::latch all_made(1);
   std::vector<std::thread> made;
   made.reserve(static_cast<std::size_t>(wanted));
   try {
-    while (static_cast<int>(made.size()) + 1 < wanted) made.emplace_back([&] { all_made.wait(); });
+    while (static_cast<int>(made.size()) + 1 < wanted) {
+      made.emplace_back([&] {
+        void* volatile memory = std::malloc(1024);  // volatile: else the compiler leaves it out
+        all_made.wait();
+        std::free(memory);
+      });
+    }
   } catch (const std::system_error&) {
   }
   all_made.count_down();
   for (std::thread& thread : made) thread.join();
+  await_their_end();
   return static_cast<int>(made.size()) + 1;
 }
 
