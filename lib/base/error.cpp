@@ -61,6 +61,10 @@ std::string to_string(FailureMode mode) {
       return "not-converged";
     case FailureMode::Coupling:
       return "coupling";
+    case FailureMode::Energy:
+      return "energy";
+    case FailureMode::Unphysical:
+      return "unphysical";
     case FailureMode::Other:
       break;
   }

@@ -48,6 +48,8 @@ enum class FailureMode {
   Equilibrium,   // a mechanism, or a state that is not stable
   NotConverged,  // a search or an iteration without an answer
   Coupling,      // an exchange with the fluid that grows
+  Energy,        // a body whose energy comes from nowhere
+  Unphysical,    // a state that no solid of its kind has, which its law allows
   Other
 };
 

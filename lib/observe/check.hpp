@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "fluid/fluid.hpp"
+#include "observe/body_check.hpp"
 #include "observe/record.hpp"
 
 namespace veriflex::observe {
@@ -14,6 +15,7 @@ struct MonitorSpec {
   /// Largest speed over the speed of sound. At 0.3 pressure changes the density by Ma^2/2 = 4.5 %, and the
   /// terms of order Ma^3 that the equilibrium leaves out come to a few per cent of what it keeps.
   double mach_limit = 0.3;
+  BodyLimits bodies{};
 };
 
 /// The extremes of the fluid, when all is well. Throws NumericalFailure, which names step, node, quantity,

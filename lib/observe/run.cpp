@@ -22,6 +22,9 @@ Run::Run(scene::Simulation& simulation, const MonitorSpec& spec, std::vector<Obs
       observers_(std::move(observers)),
       name_(name),
       progress_(progress) {
+  for (std::size_t i = 0; spec.bodies.any() && i < simulation.body_count(); ++i) {
+    if (simulation.body(i).is_elastic()) body_checks_.emplace_back(simulation.body(i), spec.bodies);
+  }
   guarded([&] {
     check_now();
     observe(false);
@@ -79,6 +82,7 @@ void Run::check_now() {
   } else {
     good_ = {last_good_step(step)};
   }
+  for (BodyCheck& body : body_checks_) body.look(step);
   good_nodes_.clear();
   for (std::size_t i = 0; i < simulation_.body_count(); ++i) {
     good_nodes_.push_back(simulation_.body(i).positions());

@@ -61,6 +61,7 @@ class Run {
   std::int64_t checked_ = -1;
   std::vector<Metric> good_;
   std::vector<Positions> good_nodes_;                     // of each body
+  std::vector<BodyCheck> body_checks_;                    // none without limits
   std::set<std::pair<std::size_t, std::size_t>> warned_;  // bodies whose contact was reported
 };
 

@@ -28,8 +28,10 @@ MovingBody::MovingBody(Body body, const fluid::Spec* fluid)
     }
   }
   if (!body_.motion) {
-    const Positions still = Positions::Zero(body_.network.node_count(), 3);
-    motion_.emplace(body_.material, body_.network, body_.conditions, 1.0, body_.substeps, still, still);
+    const Positions none = Positions::Zero(body_.network.node_count(), 3);
+    const auto or_none = [&](const Positions& given) { return given.size() > 0 ? given : none; };
+    motion_.emplace(body_.material, body_.network, body_.conditions, 1.0, body_.substeps,
+                    or_none(body_.start.displacement), or_none(body_.start.velocity));
   }
 }
 

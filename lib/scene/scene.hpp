@@ -23,7 +23,13 @@ struct Motion {
   Vec3 velocity_at(double time) const { return velocity + amplitude * omega * std::cos(omega * time); }
 };
 
-/// A body, undeformed and at rest when the scene starts. It moves by its own forces, or as `motion` says.
+/// Of all nodes when the scene starts. An empty matrix: undeformed, at rest.
+struct Start {
+  Positions displacement;  // [L]
+  Positions velocity;      // [L T^-1]
+};
+
+/// A body. It moves by its own forces, or as `motion` says.
 struct Body {
   solid::Material material;        // means nothing where the motion is given
   solid::Network network;          // already turned into the axes of the box
@@ -33,6 +39,7 @@ struct Body {
   int axis = 2;                            // of the box, along which the body's own z axis points
   std::optional<CouplingSpec> coupling{};  // absent: the body does not meet the fluid
   std::optional<Motion> motion{};
+  Start start{};
   std::string name = "body";
 };
 

@@ -37,7 +37,7 @@ class UniformForce {
 
 class Simulation {
  public:
-  /// The bodies at rest and undeformed, in the scene's initial flow. Throws BadParameter and
+  /// The bodies as they start, in the scene's initial flow. Throws BadParameter and
   /// NumericalFailure.
   explicit Simulation(Scene scene);
 
@@ -66,6 +66,7 @@ class Simulation {
   struct Seconds {
     Spent fluid, coupling, solid;
   };
+  /// Of the parts of a scene with a fluid; without one, all time is the solid's, and none of it stands here.
   const Seconds& seconds() const { return seconds_; }
 
  private:

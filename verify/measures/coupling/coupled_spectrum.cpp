@@ -144,6 +144,11 @@ void run(const SpectrumStudy& study, Observations& seen, Progress& progress, eng
 
 engine::Study read_coupled_spectrum(const io::Table& top) {
   const CaseScene read = read_fluid_and_bodies(top);
+  for (const CaseBody& body : read.bodies) {
+    if (!body.table.has("start")) continue;
+    body.table.fail("start", fmt::format("'{}' starts deformed or moving", body.body.name),
+                    "the spectrum is that of the scene at rest", "Leave 'start' out");
+  }
   if (!read.scene.fluid) {
     throw InputError(top.place(), "the scene has no fluid", "bodies alone neither grow nor decay",
                      "Add [fluid]");

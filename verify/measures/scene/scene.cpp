@@ -62,6 +62,30 @@ std::int64_t read_steps(const io::Table& t, double period) {
   return engine::whole_steps(static_cast<double>(periods) * period, 1.0, "the run takes", t.place("periods"));
 }
 
+/// What [monitor] says of bodies.
+observe::BodyLimits read_body_limits(const io::Table& top, const CaseScene& read) {
+  observe::BodyLimits limits;
+  if (!top.has("monitor")) return limits;
+  const io::Table t = top.table("monitor");
+  limits.physical = t.flag("physical", false);
+  if (!t.has("energy_growth")) return limits;
+  limits.energy_growth = t.number("energy_growth");
+  if (!(limits.energy_growth > 0.0)) {
+    t.fail("energy_growth", fmt::format("'energy_growth' is {}", limits.energy_growth),
+           "no motion keeps its energy to the last digit", "Give for example 100");
+  }
+  for (const CaseBody& body : read.bodies) {
+    const bool has_energy = body.table.has("start") || body.body.conditions.load.size() > 0;
+    if (!body.body.motion && !body.body.coupling && !body.body.conditions.drive && has_energy) continue;
+    t.fail("energy_growth",
+           fmt::format("'energy_growth' is set, and the energy of '{}' is not its own", body.body.name),
+           "it is kept only by a body that starts deformed or moving or bears a dead load, and that nothing "
+           "drives and no fluid meets",
+           "Leave it out");
+  }
+  return limits;
+}
+
 Place place_of(const CaseBody& body) { return body.table.place("place"); }
 
 /// Refuses a body that has no room where it stands.
@@ -109,10 +133,14 @@ void run(const SceneStudy& study, observe::Observations& seen, Progress& progres
   observe::Run run(simulation, study.monitor, observers, "", progress);
   run.advance(study.steps, study.steps);
   run.finish();
-  const scene::Simulation::Seconds& spent = simulation.seconds();
-  cost.finish("run", {{"fluid", spent.fluid.wall, spent.fluid.cpu},
-                      {"coupling", spent.coupling.wall, spent.coupling.cpu},
-                      {"solid", spent.solid.wall, spent.solid.cpu}});
+  if (simulation.has_fluid()) {
+    const scene::Simulation::Seconds& spent = simulation.seconds();
+    cost.finish("run", {{"fluid", spent.fluid.wall, spent.fluid.cpu},
+                        {"coupling", spent.coupling.wall, spent.coupling.cpu},
+                        {"solid", spent.solid.wall, spent.solid.cpu}});
+  } else {
+    cost.finish("run");
+  }
   for (std::size_t i = 0; i < study.observations.size(); ++i) {
     const std::vector<observe::Metric> metrics = metrics_of(study.observations[i], seen.records[first + i]);
     seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
@@ -190,6 +218,7 @@ CaseScene read_fluid_and_bodies(const io::Table& top) {
 engine::Study read_scene(const io::Table& top) {
   const observe::MonitorSpec monitor = engine::read_monitor(top);
   SceneStudy study{read_fluid_and_bodies(top), {}, monitor, 0};
+  study.monitor.bodies = read_body_limits(top, study);
   const double period = period_of(study.bodies);
   study.steps = read_steps(top.table("run"), period);
   scene::Plan plan = plan_of(top, study.scene);

@@ -10,6 +10,7 @@
 #include "engine/read_scene.hpp"
 #include "io/lammps_data.hpp"
 #include "measures/scene/scene.hpp"
+#include "measures/solid/noise.hpp"
 #include "scene/lammps_network.hpp"
 #include "scene/markers.hpp"
 
@@ -160,8 +161,43 @@ void read_load(const io::Table& t, const Eigen::VectorXd& along, scene::Body& bo
   }
 }
 
+/// A motion across the body's own axis is none where it is guided along it.
+void guide_along_axis(int axis, solid::FixedDofs& fixed) {
+  for (int other = 0; other < 3; ++other) {
+    if (other != axis) fixed.col(other).setConstant(true);
+  }
+}
+
+/// The displacement and the velocity that the body has when the scene starts. `along` is each node's place on
+/// the body's own axis.
+void read_start(const io::Table& t, const Eigen::VectorXd& along, double bond_stiffness, scene::Body& body) {
+  const solid::FixedDofs& fixed = body.conditions.fixed;
+  Positions& u = body.start.displacement;
+  u = Positions::Zero(along.size(), 3);
+  u.col(body.axis) = t.number("strain", 0.0) * along;
+  if (t.has("noise")) {
+    const double amplitude = t.number("noise");
+    need_positive(t, "noise", amplitude);
+    Positions moved =
+        u + noise(along.size(), amplitude,
+                  static_cast<std::uint64_t>(t.has("seed") ? t.integer("seed", 1, 1'000'000'000) : 1));
+    if (fixed.size() > 0) moved = fixed.select(u, moved);
+    u = std::move(moved);
+  }
+  if (!t.has("impact")) return;
+  const io::Table impact = t.table("impact");
+  const double spacing = body.network.spacing;
+  const double wave_speed = spacing * std::sqrt(bond_stiffness / body.conditions.node_mass);
+  Positions& v = body.start.velocity;
+  v = Positions::Zero(along.size(), 3);
+  const int axis = engine::read_axis(impact, "direction");
+  for (const std::int32_t node : read_nodes(impact, "nodes", along, spacing)) {
+    if (fixed.size() == 0 || !fixed(node, axis)) v(node, axis) = impact.number("strain") * wave_speed;
+  }
+}
+
 /// What a body that moves by its own forces has.
-void read_elastic(const io::Table& t, const Eigen::VectorXd& along, CaseBody& to) {
+void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_stiffness, CaseBody& to) {
   scene::Body& body = to.body;
   solid::Conditions& conditions = body.conditions;
   conditions.node_mass = t.number("node_mass", conditions.node_mass);
@@ -178,16 +214,22 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, CaseBody& to
       conditions.fixed.row(node).setConstant(true);
     }
   }
+  if (t.flag("guided", false)) {
+    if (conditions.fixed.size() == 0) conditions.fixed = solid::FixedDofs::Constant(along.size(), 3, false);
+    guide_along_axis(body.axis, conditions.fixed);
+  }
   if (t.has("weight")) {
     conditions.load = engine::read_vector(t, "weight").transpose().replicate(along.size(), 1);
   }
   if (t.has("load")) read_load(t.table("load"), along, body);
   if (t.has("drive")) read_drive(t.table("drive"), along, to);
+  if (t.has("start")) read_start(t.table("start"), along, bond_stiffness, body);
 }
 
 /// A motion that is given leaves nothing to what the body is made of.
 void read_given_motion(const io::Table& t, CaseBody& to) {
-  for (const char* key : {"bond", "angle", "node_mass", "substeps", "clamped", "weight", "load", "drive"}) {
+  for (const char* key :
+       {"bond", "angle", "node_mass", "substeps", "clamped", "guided", "weight", "load", "drive", "start"}) {
     if (t.has(key)) {
       t.fail(key, fmt::format("'{}' is set beside 'motion'", key), "the motion of that body is given",
              "Leave one of them out");
@@ -250,9 +292,12 @@ CaseBody read_body(const io::Table& t, bool in_fluid) {
   body.name = read_name(t);
   const bool given = t.has("motion");
   double rest_length = 1.0;  // of a body without bonds: the fluid's spacing
+  double bond_stiffness = 0.0;
   if (!given) {
     body.material = {engine::read_law(t), engine::read_angle_stiffness(t)};
-    rest_length = engine::read_derivation(t, body.material.law).rest_length;
+    const bond::Derivation derived = engine::read_derivation(t, body.material.law);
+    rest_length = derived.rest_length;
+    bond_stiffness = derived.stiffness;
   }
   body.network = read_shape(t, rest_length);
   if (!given && !bond::domain(body.material.law).contains(body.network.spacing)) {
@@ -270,7 +315,7 @@ CaseBody read_body(const io::Table& t, bool in_fluid) {
   if (given) {
     read_given_motion(t, read);
   } else {
-    read_elastic(t, along, read);
+    read_elastic(t, along, bond_stiffness, read);
   }
   if (t.has("place")) body.place = engine::read_vector(t, "place");
   if (!(body.place.cwiseAbs().maxCoeff() <= farthest_place)) {
