@@ -19,7 +19,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, drawing, figures, results, studies
+from report import bond, drawing, figures, results, stability, studies
 
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
 SMALL_ROWS = 20  # records of at most that many rows are shown as tables
@@ -261,6 +261,9 @@ def page(results_read, unreadable, ledger):
         price=studies.error_against_time(results_read, "price"),
         answers=studies.answers(results_read),
         never_worth=studies.never_worth(results_read),
+        stable_where=stability.stable_where(results_read, "stable"),
+        stiffness=(stiffness := stability.compared(results_read)),
+        stiffness_sentences=stability.sentences(stiffness),
         provenance=provenance(results_read),
         dates=dates(results_read),
     )

@@ -3,7 +3,7 @@
 One function per kind of plot, in the file of its subject; each returns a Figure that holds inline SVG.
 """
 
-from report import bond, coupling, filament, fluid, peer, solid, studies
+from report import bond, coupling, filament, fluid, peer, solid, stability, studies
 from report.drawing import Figure, MARKED_ROWS, canvas, column_label, inline_svg, legend_above, quantity
 
 MANY_ROWS, MANY_PANELS = 20000, 4  # beyond these a record without a plot of its own is not drawn
@@ -85,7 +85,7 @@ KINDS = {
     "sweep_cost": (studies.sweep_cost,),
     "sweep_front": (studies.front,),
     "sweep_cost_front": (studies.front,),
-    "outcome_boundary": (studies.outcome_boundary,),
+    "outcome_boundary": (stability.stiffness_limit,),
     "outcome_boundary_rows": (),
     "outcome_boundary_cost": (),
     "ablate": (),
