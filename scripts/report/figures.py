@@ -47,7 +47,6 @@ KINDS = {
     "delta_sums": (coupling.delta_scan,),
     "delta_imbalances": (coupling.delta_scan,),
     "delta_first_moments": (coupling.delta_scan,),
-    "boundary": (solid.boundary,),
     "elastica": (solid.elastica,),
     "buckling": (solid.buckling,),
     "standing_waves": (solid.standing_waves,),

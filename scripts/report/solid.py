@@ -62,34 +62,6 @@ def period_precision(result, record, key):
     return Figure(caption, inline_svg(drawing, key, caption))
 
 
-def boundary(result, record, key):
-    """First failing time step and the linear limit, against whichever of noise and pre-strain varies."""
-    if not drawable(record, "amplitude", "prestrain", "dt", "dt_min", "dt_max", "linear_limit"):
-        return None
-    varied = "prestrain" if np.ptp(record["prestrain"]) > 0 else "amplitude"
-    x = record[varied]
-    drawing, (axes,) = canvas(height=3.5)
-    low, high = record["dt"] - record["dt_min"], record["dt_max"] - record["dt"]
-    label = "first failing step, median and range of the noises"
-    handles = [axes.errorbar(x, record["dt"], yerr=[low, high], fmt="o-", color="C0", capsize=3, label=label)]
-    limit = r"linear limit $2/\omega_{max}$ of the strained body"
-    handles += axes.plot(x, record["linear_limit"], "s--", color="C1", label=limit)
-    for reference in result.references:
-        if drawable(reference.columns, varied, "dt"):
-            points = reference.columns
-            handles += axes.plot(points[varied], points["dt"], "D", color="C3", mfc="none", label="another program")
-    axes.set_ylim(bottom=0)
-    axes.margins(x=0.1)
-    if varied == "amplitude":
-        axes.set_xscale("log")
-        label_points(axes, np.unique(x))
-    axes.set_xlabel(column_label(record.columns[varied]))
-    axes.set_ylabel("time step [T]")
-    legend_above(axes, handles)
-    caption = "Time step at which leap-frog first fails, and where small oscillations become unstable."
-    return Figure(caption, inline_svg(drawing, key, caption))
-
-
 def elastica(result, record, key):
     """Tip of the bent beam, one marker per length, on the curve of the elastica; deflection above, reach below."""
     exact = result.records.get("elastica_exact")

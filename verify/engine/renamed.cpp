@@ -62,6 +62,7 @@ constexpr std::array renamed_values{
     RenamedValue{"driver", "waves", "dispersion"},
     RenamedValue{"driver", "motion", "integrator"},
     RenamedValue{"driver", "compare", "peer"},
+    RenamedValue{"driver", "stability", "scene"},
     RenamedValue{"driver", "filament-companions", "filament-sensitivity"},
     RenamedValue{"solid.lateral", "held", "fixed"},
     RenamedValue{"check[].question", "code", "verification"},

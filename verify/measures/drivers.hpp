@@ -14,7 +14,6 @@ engine::Study read_derive(const io::Table& top);
 engine::Study read_tensile(const io::Table& top);
 
 /// Largest time step that a noisy body survives, against the linear limit.
-engine::Study read_stability(const io::Table& top);
 
 /// Elastic constants C11, C12, C44 of the infinite lattice, by homogeneous deformation.
 engine::Study read_elasticity(const io::Table& top);
@@ -63,6 +62,7 @@ engine::Study read_vortex(const io::Table& top);
 
 /// Viscosity of a fluid that streams through the lattice.
 engine::Study read_galilean(const io::Table& top);
+engine::Study read_stream_stability(const io::Table& top);
 
 /// The paper's driven filament with two bond laws, and how far they are apart.
 /// [wu-qi-2014, Sec. 3, Figs. 5-8]
@@ -112,7 +112,8 @@ inline const std::vector<engine::Driver>& all() {
        &read_plane_wave},
       {"vortex", "decaying vortices and shear waves: convergence, error against run time", &read_vortex},
       {"galilean", "viscosity of a fluid that streams through the lattice", &read_galilean},
-      {"stability", "first time step that a noisy body does not survive", &read_stability},
+      {"stream-stability", "growth of noise on a uniform stream: by eigenvalues of all waves, and in a run",
+       &read_stream_stability},
       {"channel", "flows between walls and through arrays of obstacles", &read_channel},
       {"conservation", "mass and momentum of a fluid over many steps", &read_conservation},
       {"filament", "driven filament in the fluid, one bond law against another", &read_filament},

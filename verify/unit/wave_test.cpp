@@ -1,9 +1,11 @@
 #include "analytic/lattice_wave.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <cmath>
 #include <numbers>
 
 #include "analytic/decaying_flow.hpp"
+#include "analytic/stream_growth.hpp"
 #include "catch.hpp"
 #include "fluid/initial.hpp"
 
@@ -156,4 +158,31 @@ TEST_CASE("The swelling's divergence is what the pressure's change along the flo
   }
   CHECK(std::abs(change) > 1e-4);
   CHECK(divergence == Approx(-change / c2).epsilon(1e-6));
+}
+
+TEST_CASE("The fastest wave on a stream is that of all waves of the box, found with half of them") {
+  const Grid box{{4, 3, 2}};
+  for (const Vec3& stream : {Vec3(0.45, 0.1, -0.2), Vec3(0.3, 0.0, 0.0), Vec3(0.0, 0.0, 0.0)}) {
+    double fastest = 0.0;
+    for (std::int64_t number = 0; number < box.count(); ++number) {
+      const auto [x, y, z] = box.node(number);
+      const Vec3 k =
+          2.0 * std::numbers::pi *
+          Vec3(static_cast<double>(x) / 4.0, static_cast<double>(y) / 3.0, static_cast<double>(z) / 2.0);
+      const Eigen::ComplexEigenSolver<Eigen::MatrixXcd> all(
+          Eigen::MatrixXcd(analytic::one_step(k, 0.55, stream)));
+      fastest = std::max(fastest, all.eigenvalues().cwiseAbs().maxCoeff());
+    }
+    CHECK(analytic::fastest_wave(box, 0.55, stream).factor == Approx(fastest).epsilon(1e-13));
+  }
+}
+
+TEST_CASE("A fluid at rest is stable at any tau above 1/2; a stream at tau = 1 up to U + c_s = 1") {
+  const Grid box{{6, 6, 1}};
+  for (const double tau : {0.5001, 0.6, 1.0, 100.0}) {
+    CHECK(analytic::fastest_wave(box, tau, Vec3::Zero()).factor == Approx(1.0).epsilon(1e-12));
+  }
+  const double limit = 1.0 - 1.0 / std::sqrt(3.0);
+  CHECK(analytic::fastest_wave(box, 1.0, {0.999 * limit, 0.0, 0.0}).factor < 1.0 + 1e-12);
+  CHECK(analytic::fastest_wave(box, 1.0, {1.001 * limit, 0.0, 0.0}).factor > 1.0 + 1e-5);
 }
