@@ -39,6 +39,7 @@ Leapfrog::Leapfrog(const Material& material, const Network& network, const Condi
   Positions force = -gradient_;
   if (conditions_.load.size() > 0) force += conditions_.load;
   v_ = v * (1.0 + half_drag) - 0.5 * h / conditions_.node_mass * force;
+  if (conditions_.fixed.size() > 0) v_ = conditions_.fixed.select(0.0, v_);
 }
 
 // As many sub-steps as asked for, or as the present network needs.

@@ -5,6 +5,7 @@
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
 #include "observe/run.hpp"
+#include "observe/series.hpp"
 #include "scene/simulation.hpp"
 #include "unit/command.hpp"
 
@@ -84,6 +85,20 @@ TEST_CASE("A body starts with the displacement and the velocity that it is given
     CHECK(u(1, 0) == Approx(0.125 * step).epsilon(1e-14));
     // Leap-frog's recurrence, the pair's own turning left out: it moves along x as a whole.
     CHECK(u(1, 2) - u(0, 2) == Approx(0.01 * std::cos(theta * step)).margin(1e-15));
+  }
+}
+
+TEST_CASE("What holds a node bears its force from the first step on") {
+  scene::Body body = pair(0.25, 1e6);
+  body.conditions.fixed = solid::FixedDofs::Constant(2, 3, false);
+  body.conditions.fixed.row(0).setConstant(true);
+  const scene::Scene scene{.bodies = {body}};
+  const observe::Series forces = observe::forces(scene);
+  scene::Simulation simulation(scene);
+  for (int step = 0; step <= 3; ++step) {
+    if (step > 0) simulation.advance();
+    forces.every_step(simulation);
+    if (step > 0) CHECK(forces.row(simulation)[2] == Approx(-0.25 * k).epsilon(1e-5));
   }
 }
 
