@@ -111,9 +111,10 @@ std::vector<std::int32_t> read_nodes(const io::Table& table, const std::string& 
     return nodes;
   }
   const std::string which = table.choice(key, {"first section", "last section", "all"});
+  const double lowest = along.minCoeff(), highest = along.maxCoeff();
   for (Eigen::Index i = 0; i < along.size(); ++i) {
-    const bool first = along[i] < along.minCoeff() + 0.5 * spacing;
-    const bool last = along[i] > along.maxCoeff() - 0.5 * spacing;
+    const bool first = along[i] < lowest + 0.5 * spacing;
+    const bool last = along[i] > highest - 0.5 * spacing;
     if (which == "all" || (which == "first section" ? first : last))
       nodes.push_back(static_cast<std::int32_t>(i));
   }
