@@ -2,10 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/reduce.hpp"
 #include "solid/elastic.hpp"
 
 namespace veriflex::observe {
@@ -60,7 +60,7 @@ void BodyCheck::look(std::int64_t step) {
 double BodyCheck::energy() const { return body_.solid().kinetic_energy() + body_.solid().potential_energy(); }
 
 void BodyCheck::look_at_energy(std::int64_t step) {
-  load_work_ = std::max(load_work_, work_of_load(body_));
+  load_work_ = worse(load_work_, work_of_load(body_));
   const double departure = std::abs(energy() - start_);
   const double bound = limits_.energy_growth * (put_in_ + load_work_);
   if (departure <= bound) return;

@@ -1,7 +1,14 @@
 #include "analytic/stream_growth.hpp"
 
+#include <fmt/format.h>
+
 #include <Eigen/Eigenvalues>
+#include <cmath>
+#include <limits>
 #include <numbers>
+
+#include "base/error.hpp"
+#include "base/reduce.hpp"
 
 namespace veriflex::analytic {
 
@@ -24,6 +31,7 @@ bool is_the_opposite_of_an_earlier(const Grid& box, std::int64_t number) {
   return box.index(opposite[0], opposite[1], opposite[2]) < number;
 }
 
+// Not a number when its eigenvalues are not found.
 double factor_of(const Grid& box, const std::array<std::int64_t, 3>& waves, double relaxation_time,
                  const Vec3& stream) {
   Vec3 k;
@@ -33,7 +41,8 @@ double factor_of(const Grid& box, const std::array<std::int64_t, 3>& waves, doub
   }
   using Matrix = Eigen::Matrix<Complex, fluid::Q, fluid::Q>;
   const Eigen::ComplexEigenSolver<Matrix> solved(one_step(k, relaxation_time, stream), false);
-  return solved.eigenvalues().cwiseAbs().maxCoeff();
+  return solved.info() == Eigen::Success ? largest(solved.eigenvalues().cwiseAbs())
+                                         : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -45,6 +54,12 @@ GrowingWave fastest_wave(const Grid& box, double relaxation_time, const Vec3& st
     if (is_the_opposite_of_an_earlier(box, number)) continue;
     factors[static_cast<std::size_t>(number)] =
         factor_of(box, waves_of(box, number), relaxation_time, stream);
+  }
+  for (std::int64_t number = 0; number < box.count(); ++number) {
+    if (!std::isnan(factors[static_cast<std::size_t>(number)])) continue;
+    const auto [x, y, z] = waves_of(box, number);
+    throw NumericalFailure(fmt::format("the eigenvalues of wave ({}, {}, {}) were not found", x, y, z),
+                           FailureMode::NotConverged);
   }
   const auto fastest = std::max_element(factors.begin(), factors.end());
   return {*fastest, waves_of(box, fastest - factors.begin())};

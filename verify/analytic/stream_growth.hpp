@@ -16,7 +16,7 @@ struct GrowingWave {
 };
 
 /// Of the waves that a periodic box of that size holds, the one that grows fastest on the stream; the first
-/// of several.
+/// of several. Throws NumericalFailure when eigenvalues are not found.
 GrowingWave fastest_wave(const Grid& box, double relaxation_time, const Vec3& stream);
 
 }  // namespace veriflex::analytic
