@@ -188,6 +188,14 @@ TEST_CASE("What bodies start with and are checked for is refused where it means 
   CHECK_THAT(message(bar("start = { noise = 0.01 }", "energy_growth = 0.0")),
              ContainsSubstring("no motion keeps"));
   CHECK_THAT(message(bar("start = { noise = 0.0 }")), ContainsSubstring("'noise' is 0"));
+  CHECK_THAT(message(bar("start = { strain = -1.0 }")), ContainsSubstring("turned inside out"));
+  CHECK_THAT(message(bar(
+                 "guided = true\nstart = { impact = { nodes = \"all\", direction = \"x\", strain = 0.1 } }")),
+             ContainsSubstring("none of these nodes may move"));
+  CHECK_THAT(
+      message(bar("guided = true\ndrive = { nodes = \"last section\", direction = \"x\", amplitude = 0.1, "
+                  "period = 100 }")),
+      ContainsSubstring("guided along its axis"));
   CHECK_THAT(message(bar("start = { seed = 3 }")), ContainsSubstring("seed"));
   CHECK_THAT(message(bar("start = { impact = { nodes = [99], direction = \"z\", strain = 0.1 } }")),
              ContainsSubstring("node 99"));

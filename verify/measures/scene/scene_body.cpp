@@ -139,13 +139,17 @@ double read_period(const io::Table& t) {
   return period;
 }
 
-void read_drive(const io::Table& t, const Eigen::VectorXd& along, CaseBody& to) {
+void read_drive(const io::Table& t, const Eigen::VectorXd& along, bool guided, CaseBody& to) {
   const double period = read_period(t);
   solid::Drive drive{.nodes = read_nodes(t, "nodes", along, to.body.network.spacing),
                      .axis = engine::read_axis(t, "direction"),
                      .amplitude = t.number("amplitude"),
                      .omega = 2.0 * std::numbers::pi / period,
                      .ramp = t.number("ramp", 0.0)};
+  if (guided && drive.axis != to.body.axis) {
+    t.fail("direction", "the body is guided along its axis, and driven across it", "it cannot be both",
+           "Drive it along its axis, or leave 'guided' out");
+  }
   if (drive.ramp < 0.0) {
     t.fail("ramp", fmt::format("'ramp' is {}", drive.ramp), "it lasts 0 steps or more", "0 starts abruptly");
   }
@@ -175,7 +179,12 @@ void read_start(const io::Table& t, const Eigen::VectorXd& along, double bond_st
   const solid::FixedDofs& fixed = body.conditions.fixed;
   Positions& u = body.start.displacement;
   u = Positions::Zero(along.size(), 3);
-  u.col(body.axis) = t.number("strain", 0.0) * along;
+  const double strain = t.number("strain", 0.0);
+  if (!(strain > -1.0)) {
+    t.fail("strain", fmt::format("'strain' is {}", strain), "the body would start turned inside out",
+           "Give more than -1");
+  }
+  u.col(body.axis) = strain * along;
   if (t.has("noise")) {
     const double amplitude = t.number("noise");
     need_positive(t, "noise", amplitude);
@@ -192,8 +201,16 @@ void read_start(const io::Table& t, const Eigen::VectorXd& along, double bond_st
   Positions& v = body.start.velocity;
   v = Positions::Zero(along.size(), 3);
   const int axis = engine::read_axis(impact, "direction");
+  const double speed = impact.number("strain") * wave_speed;
+  bool moves = false;
   for (const std::int32_t node : read_nodes(impact, "nodes", along, spacing)) {
-    if (fixed.size() == 0 || !fixed(node, axis)) v(node, axis) = impact.number("strain") * wave_speed;
+    if (fixed.size() > 0 && fixed(node, axis)) continue;
+    v(node, axis) = speed;
+    moves = true;
+  }
+  if (!moves) {
+    impact.fail("nodes", "none of these nodes may move in that direction", "it would do nothing",
+                "Strike others, or hold them less");
   }
 }
 
@@ -215,7 +232,8 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
       conditions.fixed.row(node).setConstant(true);
     }
   }
-  if (t.flag("guided", false)) {
+  const bool guided = t.flag("guided", false);
+  if (guided) {
     if (conditions.fixed.size() == 0) conditions.fixed = solid::FixedDofs::Constant(along.size(), 3, false);
     guide_along_axis(body.axis, conditions.fixed);
   }
@@ -223,7 +241,7 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
     conditions.load = engine::read_vector(t, "weight").transpose().replicate(along.size(), 1);
   }
   if (t.has("load")) read_load(t.table("load"), along, body);
-  if (t.has("drive")) read_drive(t.table("drive"), along, to);
+  if (t.has("drive")) read_drive(t.table("drive"), along, guided, to);
   if (t.has("start")) read_start(t.table("start"), along, bond_stiffness, body);
 }
 
