@@ -33,12 +33,53 @@ struct Product {
   }
 };
 
+/// Says that lengths are those of the step's states.
 struct Weight {
   const SimulatedStep& step;
-  void perform_op(const double* x, double* y) const {
-    Eigen::Map<Vector>(y, step.size()) = step.weighted(Eigen::Map<const Vector>(x, step.size()));
-  }
 };
+
+}  // namespace
+
+}  // namespace veriflex::scene
+
+/// The inner products of the factorisation. Spectra's own takes the length of a column of coefficients too,
+/// to judge whether to orthogonalise once more, by the weight of states, and reads far beyond the column's
+/// end; in an orthonormal basis the length of coefficients is the plain one.
+template <>
+class Spectra::ArnoldiOp<double, veriflex::scene::Product, veriflex::scene::Weight> {
+ public:
+  using Vector = Eigen::VectorXd;
+
+  ArnoldiOp(const veriflex::scene::Product& product, const veriflex::scene::Weight& weight)
+      : product_(product), weight_(weight) {}
+
+  Eigen::Index rows() const { return product_.rows(); }
+
+  template <class X, class Y>
+  double inner_product(const X& x, const Y& y) const {
+    return x.dot(weight_.step.weighted(y));
+  }
+
+  template <class X, class Y>
+  void trans_product(const X& x, const Y& y, Eigen::Ref<Vector> result) const {
+    result.noalias() = x.transpose() * weight_.step.weighted(y);
+  }
+
+  template <class X>
+  double norm(const X& x) const {
+    return x.size() == rows() ? std::sqrt(inner_product(x, x)) : x.norm();
+  }
+
+  void perform_op(const double* x, double* y) const { product_.perform_op(x, y); }
+
+ private:
+  const veriflex::scene::Product& product_;
+  const veriflex::scene::Weight& weight_;
+};
+
+namespace veriflex::scene {
+
+namespace {
 
 using Arnoldi = Spectra::GenEigsBase<Product, Weight>;
 
