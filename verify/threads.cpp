@@ -48,7 +48,6 @@ int threads_to_be_had(int wanted) {
   }
   all_made.count_down();
   for (std::thread& thread : made) thread.join();
-  await_their_end();
   return static_cast<int>(made.size()) + 1;
 }
 
@@ -59,6 +58,7 @@ int usable_threads(int asked) {
   const int wanted = std::min(asked > 0 ? asked : omp_get_max_threads(), max_threads);
   const int had = threads_to_be_had(wanted);
   if (had == wanted) return had;
+  await_their_end();
   const int used = (had + 1) / 2;  // the run needs some of what the others would take
   complain("{} threads instead of {}: the system gives no more. Results are the same", used, wanted);
   return used;

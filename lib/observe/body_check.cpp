@@ -23,7 +23,7 @@ double undeformed_energy(const scene::MovingBody& body) {
 
 double work_of_load(const scene::MovingBody& body) {
   const Positions& load = body.spec().conditions.load;
-  return load.size() == 0 ? 0.0 : std::abs(load.cwiseProduct(body.solid().displacement()).sum());
+  return load.size() == 0 ? 0.0 : load.cwiseProduct(body.solid().displacement()).sum();
 }
 
 double volume(const Positions& vectors, const std::size_t (&bonds)[3]) {
@@ -34,10 +34,10 @@ double volume(const Positions& vectors, const std::size_t (&bonds)[3]) {
 }  // namespace
 
 BodyCheck::BodyCheck(const scene::MovingBody& body, const BodyLimits& limits) : body_(body), limits_(limits) {
-  start_ = energy();
-  const Positions& load = body.spec().conditions.load;
-  const double of_load = load.size() == 0 ? 0.0 : -load.cwiseProduct(body.solid().displacement()).sum();
-  put_in_ = start_ - of_load - undeformed_energy(body);
+  if (limits.energy_growth > 0.0) {
+    start_ = energy();
+    put_in_ = start_ + work_of_load(body) - undeformed_energy(body);
+  }
   if (!limits.physical) return;
   const solid::Network& network = body.network();
   std::vector<std::vector<std::size_t>> from(static_cast<std::size_t>(network.node_count()));
@@ -60,7 +60,7 @@ void BodyCheck::look(std::int64_t step) {
 double BodyCheck::energy() const { return body_.solid().kinetic_energy() + body_.solid().potential_energy(); }
 
 void BodyCheck::look_at_energy(std::int64_t step) {
-  load_work_ = worse(load_work_, work_of_load(body_));
+  load_work_ = worse(load_work_, std::abs(work_of_load(body_)));
   const double departure = std::abs(energy() - start_);
   const double bound = limits_.energy_growth * (put_in_ + load_work_);
   if (departure <= bound) return;

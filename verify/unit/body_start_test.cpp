@@ -147,7 +147,7 @@ TEST_CASE("A bond over twice its length and a cell turned inside out are no soli
   CHECK(end_of(turned, limits, 1) == std::nullopt);
 }
 
-TEST_CASE("An impact of strain s moves its nodes with s r0 sqrt(k/m); noise spares what is held") {
+TEST_CASE("An impact of strain s moves its nodes with s r0 sqrt(k/m), and noise spares what is held") {
   const Folder folder;
   folder.write("bar.toml",
                bar(R"(start = { impact = { nodes = "last section", direction = "z", strain = 0.5 } })") +

@@ -161,7 +161,7 @@ TEST_CASE("Masses of the data file are used, and refused where they differ or co
   CHECK_THAT(Motion(two).message(), ContainsSubstring("x.data:15:1: atoms have masses 1 and 5"));
 }
 
-TEST_CASE("Coefficients of the data file must agree with the case; types without any are warned of") {
+TEST_CASE("Coefficients of the data file must agree with the case, and types without any are warned of") {
   const auto with_coefficients = [](const std::string& rows) {
     return replaced(row_of_three, "Atoms #", "Bond Coeffs # harmonic\n\n" + rows + "\n\nAtoms #");
   };

@@ -177,7 +177,7 @@ TEST_CASE("The fastest wave on a stream is that of all waves of the box, found w
   }
 }
 
-TEST_CASE("A fluid at rest is stable at any tau above 1/2; a stream at tau = 1 up to U + c_s = 1") {
+TEST_CASE("A fluid at rest is stable at any tau above 1/2, and a stream at tau = 1 up to U + c_s = 1") {
   const Grid box{{6, 6, 1}};
   for (const double tau : {0.5001, 0.6, 1.0, 100.0}) {
     CHECK(analytic::fastest_wave(box, tau, Vec3::Zero()).factor == Approx(1.0).epsilon(1e-12));

@@ -1,11 +1,9 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "analytic/stream_growth.hpp"
-#include "fluid/initial.hpp"
 #include "measures/drivers.hpp"
 #include "measures/fluid/periodic_fluid.hpp"
 #include "measures/fluid/steady.hpp"
