@@ -9,6 +9,10 @@ namespace veriflex {
 /// What the system can still give without swapping  [bytes].
 double available_memory_bytes();
 
+/// What the allocators of this program have given out: of ordinary memory, and by allocate_pages(). 0 of the
+/// former where another allocator stands in for the system's  [bytes].
+double allocated_bytes();
+
 struct Unmap {
   std::size_t bytes = 0;
   void operator()(std::byte* memory) const;

@@ -9,10 +9,11 @@ namespace veriflex::work {
 
 /// Of this process so far, of all its threads.
 struct Counts {
-  std::uint64_t node_updates = 0;       // one lattice node collided and streamed once
-  std::uint64_t bond_evaluations = 0;   // the gradient of one bond
-  std::uint64_t angle_evaluations = 0;  // of one angle
-  std::uint64_t bytes_moved = 0;        // what these read and write at least
+  std::uint64_t node_updates = 0;           // one lattice node collided and streamed once
+  std::uint64_t bond_evaluations = 0;       // the gradient of one bond
+  std::uint64_t angle_evaluations = 0;      // of one angle
+  std::uint64_t marker_interpolations = 0;  // velocity at one marker out of the nodes around it
+  std::uint64_t bytes_moved = 0;            // what these read and write at least
 };
 Counts done();
 
@@ -26,6 +27,8 @@ inline constexpr std::array fields{
     Field{"node_updates", "lattice nodes collided and streamed, over all steps", &Counts::node_updates},
     Field{"bond_evaluations", "gradients of bonds", &Counts::bond_evaluations},
     Field{"angle_evaluations", "gradients of angles", &Counts::angle_evaluations},
+    Field{"marker_interpolations", "velocities interpolated at markers; as many forces are spread",
+          &Counts::marker_interpolations},
     Field{"bytes_moved", "least traffic of these: a node's state in and out, positions in and gradients out",
           &Counts::bytes_moved},
 };
@@ -33,7 +36,8 @@ inline constexpr std::array fields{
 /// What one thread has done. Only that thread writes, so that counting costs no more than an addition; the
 /// list of all tallies is theirs, so that nothing is allocated.
 struct Tally {
-  std::atomic<std::uint64_t> node_updates{0}, bond_evaluations{0}, angle_evaluations{0}, bytes_moved{0};
+  std::atomic<std::uint64_t> node_updates{0}, bond_evaluations{0}, angle_evaluations{0},
+      marker_interpolations{0}, bytes_moved{0};
   Tally* previous = nullptr;
   Tally* next = nullptr;
 
@@ -65,5 +69,7 @@ inline void add_angles(std::uint64_t count) {
   add(mine().angle_evaluations, count);
   add(mine().bytes_moved, count * 144);
 }
+
+inline void add_markers(std::uint64_t count) { add(mine().marker_interpolations, count); }
 
 }  // namespace veriflex::work

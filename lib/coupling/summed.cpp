@@ -7,6 +7,7 @@ namespace veriflex::coupling {
 void SummedForces::clear() { shares_.clear(); }
 
 void SummedForces::add(std::span<const std::int64_t> nodes, const Positions& force) {
+  shares_.reserve(shares_.size() + nodes.size());
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     shares_.push_back({nodes[i], shares_.size(), force.row(static_cast<Eigen::Index>(i))});
   }
@@ -28,6 +29,9 @@ void SummedForces::sum() {
     }
   }
   force_.conservativeResize(row + 1, 3);
+  part_.takes(
+      static_cast<double>(shares_.capacity() * sizeof(Share) + nodes_.capacity() * sizeof(std::int64_t)) +
+      static_cast<double>(force_.size()) * sizeof(double));
 }
 
 }  // namespace veriflex::coupling

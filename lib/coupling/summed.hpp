@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "base/parts.hpp"
 #include "base/vec.hpp"
 
 namespace veriflex::coupling {
@@ -33,6 +34,7 @@ class SummedForces {
   std::vector<Share> shares_;
   std::vector<std::int64_t> nodes_;
   Positions force_;
+  parts::Built part_{parts::Kind::Sum, 0.0};
 };
 
 }  // namespace veriflex::coupling

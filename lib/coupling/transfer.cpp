@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/work.hpp"
 
 namespace veriflex::coupling {
 
@@ -25,7 +26,8 @@ Transfer::Transfer(const Grid& grid, std::array<bool, 3> closed, Delta delta,
     : grid_(grid),
       closed_(closed),
       delta_(delta),
-      row_at_(static_cast<std::size_t>(grid.size[1] * grid.size[2]), -1) {
+      row_at_(static_cast<std::size_t>(grid.size[1] * grid.size[2]), -1),
+      part_(parts::Kind::Coupling, 0.0) {
   if (!solid.empty()) solid_.assign(static_cast<std::size_t>(grid.count()), false);
   for (const std::int64_t node : solid) solid_[static_cast<std::size_t>(node)] = true;
 }
@@ -37,6 +39,15 @@ bool Transfer::is_solid(std::int64_t x, std::int64_t y, std::int64_t z) const {
 
 void Transfer::locate(const Positions& X) {
   visit(delta_, [&](auto kernel) { locate_with<decltype(kernel)>(X); });
+  part_.takes(bytes());
+}
+
+double Transfer::bytes() const {
+  return static_cast<double>(
+      solid_.capacity() / 8 + nodes_.capacity() * sizeof(std::int64_t) + weight_.capacity() * sizeof(double) +
+      rows_.capacity() * sizeof(Row) +
+      (place_.capacity() + row_at_.capacity() + row_of_.capacity() + place_of_slot_.capacity()) *
+          sizeof(std::int32_t));
 }
 
 template <DeltaKernel K>
@@ -158,6 +169,7 @@ void Transfer::interpolate(const Positions& at_nodes, Positions& at_markers) con
   const auto markers = static_cast<std::int64_t>(row_of_.size()) / (width() * width());
   const std::int64_t support = width() * width() * width();
   at_markers.resize(markers, 3);
+  work::add_markers(static_cast<std::uint64_t>(markers));
   for (std::int64_t m = 0; m < markers; ++m) {
     double sum[3] = {0.0, 0.0, 0.0};
     for (std::int64_t n = m * support; n < (m + 1) * support; ++n) {

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "base/grid.hpp"
+#include "base/parts.hpp"
 #include "base/vec.hpp"
 #include "coupling/delta.hpp"
 
@@ -33,6 +34,9 @@ class Transfer {
 
   /// The distinct nodes under the supports.
   std::span<const std::int64_t> nodes() const { return nodes_; }
+
+  /// Memory of supports, weights and the lists between  [bytes].
+  double bytes() const;
 
   /// `at_nodes`: one row per nodes(); result: one row per marker.
   void interpolate(const Positions& at_nodes, Positions& at_markers) const;
@@ -64,6 +68,7 @@ class Transfer {
   std::vector<Row> rows_;
   std::vector<std::int32_t> row_of_;         // per marker and row of its support
   std::vector<std::int32_t> place_of_slot_;  // per touched x of a row: place in nodes(), or -1
+  parts::Built part_;
 };
 
 /// What the iterations of multi-direct forcing after the first ask for, added to `to`, one row per marker:

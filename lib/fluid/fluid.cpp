@@ -60,6 +60,15 @@ State Fluid::state() const {
   return state;
 }
 
+void Fluid::tell_parts(const Bytes& bytes) {
+  using parts::Kind;
+  const bool moments = representation_of(spec_) == Representation::Moments;
+  parts_.emplace_back(moments ? Kind::Moments : Kind::Populations, bytes.nodes);
+  if (spec_.walls[0] || spec_.walls[1] || spec_.walls[2]) parts_.emplace_back(Kind::Walls, bytes.walls);
+  if (spec_.has_obstacle()) parts_.emplace_back(Kind::Obstacle, bytes.obstacle);
+  if (spec_.is_forced()) parts_.emplace_back(Kind::BodyForce, 0.0);
+}
+
 Representation representation_of(const Spec& spec) {
   const bool possible = spec.relaxation_time == 1.0;
   if (spec.representation == Representation::Moments && !possible) {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "base/grid.hpp"
+#include "base/parts.hpp"
 #include "base/vec.hpp"
 #include "fluid/lattice.hpp"
 #include "fluid/scheme.hpp"
@@ -39,6 +40,13 @@ struct Spec {
   /// them: no force acts on them, and they are in no sum.
   std::vector<std::int64_t> obstacle{};
   Representation representation = Representation::Auto;
+  /// Parts that are there although they do nothing, to show that they change nothing.
+  struct Kept {
+    bool body_force = false, obstacle = false;
+  } kept{};
+
+  bool is_forced() const { return kept.body_force || !body_force.isZero(0.0); }
+  bool has_obstacle() const { return kept.obstacle || !obstacle.empty(); }
 };
 
 /// Populations or Moments: what this fluid is made of. Only tau = 1 can do without populations, and then
@@ -129,8 +137,17 @@ class Fluid {
   virtual Extremes extremes() const = 0;
 
  protected:
+  /// Says what has been built: of the nodes themselves, at the ends of rows between walls, of an obstacle.
+  struct Bytes {
+    double nodes, walls, obstacle;
+  };
+  void tell_parts(const Bytes& bytes);
+
   Spec spec_;
   std::int64_t steps_ = 0;
+
+ private:
+  std::vector<parts::Built> parts_;
 };
 
 /// Memory of the populations or moments  [bytes].

@@ -64,7 +64,7 @@ std::vector<Gain> gains_of(const Spec& spec) {
 
 std::vector<bool> inside_of(const Spec& spec) {
   std::vector<bool> is_obstacle;
-  if (!spec.obstacle.empty()) is_obstacle.resize(static_cast<std::size_t>(spec.grid.count()));
+  if (spec.has_obstacle()) is_obstacle.resize(static_cast<std::size_t>(spec.grid.count()));
   for (const std::int64_t node : spec.obstacle) is_obstacle[static_cast<std::size_t>(node)] = true;
   return is_obstacle;
 }

@@ -22,7 +22,7 @@ void describe(const Spec& spec, Lattice& lattice) {
   lattice.ny = spec.grid.size[1];
   lattice.nz = spec.grid.size[2];
   lattice.lanes = lanes_for<Real>(lattice.nx);
-  lattice.forced = !spec.body_force.isZero(0.0);
+  lattice.forced = spec.is_forced();
   lattice.scheme = spec.scheme;
   for (std::size_t axis = 0; axis < 3; ++axis) lattice.closed[axis] = spec.walls[axis].has_value();
 }

@@ -85,6 +85,10 @@ class MomentFluid final : public Fluid {
     leave_node(lattice_, {}, leaving_obstacle_);
     provide_scratch();
     stop_if_asked("fluid step", 0);
+    tell_parts(
+        {.nodes = moment_bytes(spec_),
+         .walls = static_cast<double>(gains_.capacity() * sizeof(Gain)),
+         .obstacle = static_cast<double>(is_obstacle_.capacity() / 8 + shores_.capacity() * sizeof(Shore))});
   }
 
   void start(const std::function<Populations(std::int64_t)>& at) override {
@@ -127,6 +131,7 @@ class MomentFluid final : public Fluid {
                     2 * 4 * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
     provide_scratch();
     given_.reset();
+    given_part_ = {};
     lattice_.from = copy(present_);
     lattice_.to = copy(1 - present_);
     sweep(lattice_);
@@ -206,6 +211,7 @@ class MomentFluid final : public Fluid {
     require_start_memory(spec_);
     const Grid& grid = spec_.grid;
     given_ = allocate_pages(static_cast<std::size_t>(grid.count()) * sizeof(Populations));
+    given_part_ = {parts::Kind::InitialFlow, start_bytes(spec_)};
     stepped_ = false;
 #pragma omp parallel for
     for (std::int64_t row = 0; row < grid.size[1] * grid.size[2]; ++row) {
@@ -351,8 +357,9 @@ class MomentFluid final : public Fluid {
   Pages scratch_;
   int scratch_threads_ = 0;
   MomentLattice<Real> lattice_{};
-  int present_ = 0;                  // the copy that holds the moments before the step to come
-  bool stepped_ = false;             // whether the other holds those before the last one
+  int present_ = 0;       // the copy that holds the moments before the step to come
+  bool stepped_ = false;  // whether the other holds those before the last one
+  parts::Built given_part_;
   Pages given_;                      // populations that the flow was started from, until its first step
   std::vector<std::int64_t> place_;  // of x in its row
   std::vector<bool> is_obstacle_;    // empty without one

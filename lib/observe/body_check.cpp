@@ -22,7 +22,7 @@ double undeformed_energy(const scene::MovingBody& body) {
 }
 
 double work_of_load(const scene::MovingBody& body) {
-  const Positions& load = body.spec().conditions.load;
+  const Positions& load = body.solid().conditions().load;
   return load.size() == 0 ? 0.0 : load.cwiseProduct(body.solid().displacement()).sum();
 }
 

@@ -1,7 +1,6 @@
 #include "observe/record.hpp"
 
 #include <algorithm>
-#include <cassert>
 #include <stdexcept>
 
 namespace veriflex::observe {
@@ -19,7 +18,10 @@ const Named* named(const std::vector<Named>& all, const std::string& name) {
 const Column* Record::find(const std::string& column) const { return named(columns, column); }
 
 void Record::append(const std::vector<double>& row) {
-  assert(row.size() == columns.size());
+  if (row.size() != columns.size()) {
+    throw std::logic_error("a row of record '" + name + "' has " + std::to_string(row.size()) +
+                           " values for " + std::to_string(columns.size()) + " columns");
+  }
   for (std::size_t i = 0; i < columns.size(); ++i) columns[i].values.push_back(row[i]);
 }
 

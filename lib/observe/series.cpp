@@ -135,14 +135,14 @@ Series forces(const scene::Scene& scene) {
   Series series;
   series.from_start = false;
   const std::string force = "M L T^-2";
-  const auto is_supported = [](const scene::Body& body) {
-    return !body.motion && (body.conditions.fixed.size() > 0 || body.conditions.drive);
+  const auto is_supported = [](const solid::Conditions& conditions) {
+    return conditions.fixed.size() > 0 || conditions.drive;
   };
   bool supported = false;
   for (const scene::Body& body : scene.bodies) {
     if (is_coupled(scene, body))
       add_vector(series.columns, body.name + "_fluid", force, "of the fluid on it");
-    if (!is_supported(body)) continue;
+    if (body.motion || !is_supported(body.conditions)) continue;
     add_vector(series.columns, body.name + "_support", force, "of what holds or drives it");
     supported = true;
   }
@@ -168,10 +168,10 @@ Series forces(const scene::Scene& scene) {
         fluid = exchanged(body);
         add(row, fluid);
       }
-      if (!is_supported(body.spec())) continue;
+      if (!body.is_elastic() || !is_supported(body.solid().conditions())) continue;
       Vec3 support = moments->now[i] - moments->before[i] - fluid;
-      if (body.spec().conditions.load.size() > 0)
-        support -= body.spec().conditions.load.colwise().sum().transpose();
+      if (body.solid().conditions().load.size() > 0)
+        support -= body.solid().conditions().load.colwise().sum().transpose();
       add(row, support);
     }
     return row;

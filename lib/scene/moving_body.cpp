@@ -18,6 +18,7 @@ MovingBody::MovingBody(Body body, const fluid::Spec* fluid)
   }
   if (meets_fluid) {
     markers_.resize(static_cast<Eigen::Index>(coupled_.size()), 3);
+    exchange_.emplace(parts::Kind::Coupling, 0.0);
     const CouplingSpec& coupling = *body_.coupling;
     if (body_.motion) {
       prescribed_.emplace(*fluid,
@@ -28,9 +29,10 @@ MovingBody::MovingBody(Body body, const fluid::Spec* fluid)
     }
   }
   if (!body_.motion) {
-    const Positions none = Positions::Zero(body_.network.node_count(), 3);
-    const auto or_none = [&](const Positions& given) { return given.size() > 0 ? given : none; };
-    motion_.emplace(body_.material, body_.network, body_.conditions, 1.0, body_.substeps,
+    const auto or_none = [&](Positions& given) {
+      return given.size() > 0 ? std::move(given) : Positions(Positions::Zero(body_.network.node_count(), 3));
+    };
+    motion_.emplace(body_.material, body_.network, std::move(body_.conditions), 1.0, body_.substeps,
                     or_none(body_.start.displacement), or_none(body_.start.velocity));
   }
 }
@@ -85,7 +87,12 @@ void MovingBody::move() {
   ++steps_;
 }
 
-void MovingBody::spread() { transfer().spread(-exchanged_, spread_); }
+void MovingBody::spread() {
+  transfer().spread(-exchanged_, spread_);
+  exchange_->takes(static_cast<double>(markers_.size() + at_nodes_.size() + wanted_.size() + slip_.size() +
+                                       exchanged_.size() + spread_.size()) *
+                   sizeof(double));
+}
 
 Positions MovingBody::displacement() const {
   if (motion_) return motion_->displacement();

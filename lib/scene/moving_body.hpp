@@ -35,6 +35,7 @@ class MovingBody {
   void spread();
   fluid::NodeForces reaction() const { return {transfer().nodes(), &spread_}; }
 
+  /// As it was given, but for how it is held and starts: see Leapfrog::conditions().
   const Body& spec() const { return body_; }
   const std::string& name() const { return body_.name; }
   const solid::Network& network() const { return body_.network; }
@@ -79,6 +80,7 @@ class MovingBody {
   std::optional<coupling::Transfer> transfer_;  // of a body that moves by its own forces, and
   std::optional<PrescribedBody> prescribed_;    // of one whose motion is given; neither without a coupling
   Positions markers_, at_nodes_, wanted_, slip_, exchanged_, spread_;
+  std::optional<parts::Built> exchange_;  // of these
 };
 
 }  // namespace veriflex::scene

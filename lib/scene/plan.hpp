@@ -1,11 +1,14 @@
-/// What a scene consists of, and what a run of it will build and leave out.
+/// What a run of a scene will build and leave out. Every entry names the parts that it speaks of, so that the
+/// run can be held against it: what was built is told by the parts themselves (base/parts).
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <variant>
 #include <vector>
 
+#include "base/work.hpp"
 #include "bond/laws.hpp"
 #include "fluid/fluid.hpp"
 #include "scene/scene.hpp"
@@ -23,22 +26,30 @@ struct Outline {
   std::optional<bond::AnyLaw> law{};
   std::optional<SolidSpec> solid{};
   std::string method{};  // how the solid is solved, in words
-  bool moves = false;    // whether it has velocities
+  /// What solves it (LeapFrog, Midpoint, Statics; none: forces alone), and how it is held and loaded
+  /// (Constraints, Drive, Loads).
+  std::vector<parts::Kind> by{};
   std::optional<fluid::Spec> fluid{};
+  bool initial_flow = false;               // the fluid is started from one
+  bool uniform_force = false;              // that changes with time acts on it
   std::optional<CouplingSpec> coupling{};  // of a body and the fluid
   std::string exchange{};  // that coupling in words, where the study varies it or lays its own markers
-  bool is_free = false;    // no coordinate of it is held or driven
 };
 
 struct Built {
   std::string module;
   std::string what;
-  double memory_bytes;  // estimate
+  double memory_bytes;               // before it is built: that of its arrays, of a solution an estimate
+  std::vector<parts::Kind> parts{};  // that a run must build
 };
 
 struct LeftOut {
   std::string module;
   std::string why;
+  std::optional<parts::Kind> part{};  // that no run may build
+  /// The setting with which it is there all the same and must change nothing, as --set takes it; empty: there
+  /// is none.
+  std::string put_in{};
 };
 
 struct Plan {
@@ -46,12 +57,29 @@ struct Plan {
   std::vector<LeftOut> left_out;
 };
 
+/// Puts an entry among those that are built, and takes away those of its parts that were left out.
+void put_in(Plan& plan, Built built);
+
+/// What a run has built against its plan, in words: a part that was planned and is not there, one that was to
+/// be left out and is. Empty when they agree.
+std::vector<std::string> broken_promises(const Plan& plan,
+                                         const std::array<parts::Made, parts::kinds.size()>& made);
+
 /// Throws BadParameter ("solid.nodes", "fluid.nodes") when a module would not fit into the memory that is
 /// available now.
 Plan plan(const Outline& scene);
 
 /// The same of a scene whose bodies are built. Throws BadParameter ("fluid.nodes").
 Plan plan_scene(const Scene& scene);
+
+/// What steps of a scene will do, from which their time can be estimated.
+struct ExpectedWork {
+  std::optional<fluid::Spec> fluid;
+  work::Counts counts;  // bytes_moved are not among them
+};
+
+/// Nothing where the number of sub-steps is only known at run time.
+std::optional<ExpectedWork> expected_work(const Scene& scene, std::int64_t steps);
 
 solid::Network build(const SolidSpec& spec);
 

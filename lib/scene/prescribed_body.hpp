@@ -54,6 +54,7 @@ class PrescribedBody {
   Forcing forcing_;
   coupling::Transfer transfer_;
   Positions at_nodes_, slip_, force_, spread_;
+  parts::Built exchange_{parts::Kind::Coupling, 0.0};
 };
 
 }  // namespace veriflex::scene

@@ -33,6 +33,7 @@ class UniformForce {
   std::function<Vec3(std::int64_t)> force_;
   std::vector<std::int64_t> nodes_;
   Positions on_nodes_;
+  parts::Built part_;
 };
 
 class Simulation {

@@ -46,6 +46,8 @@ struct AngleStars {
 
   std::vector<Group> groups;
   std::size_t angle_count = 0;
+
+  double bytes() const;
 };
 
 /// Any list of angles between `bonds` bonds can be arranged; only how full the vectors get depends on how

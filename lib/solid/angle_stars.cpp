@@ -111,6 +111,15 @@ class Arrangement {
 
 }  // namespace
 
+double AngleStars::bytes() const {
+  double sum = static_cast<double>(groups.capacity() * sizeof(Group));
+  for (const Group& group : groups) {
+    sum += static_cast<double>(group.pairs.capacity() * sizeof(Pair) +
+                               group.arms.capacity() * sizeof(std::int32_t));
+  }
+  return sum;
+}
+
 AngleStars arrange(const std::vector<Angle>& angles, std::size_t bonds) {
   const Sets sets = connected(angles, bonds);
   Arrangement arrangement;

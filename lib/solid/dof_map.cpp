@@ -69,7 +69,23 @@ Sparse DofMap::restrict(const std::vector<Eigen::Triplet<double>>& entries) cons
   }
   Sparse h(count, count);
   h.setFromTriplets(kept.begin(), kept.end());
+  // This is when a static solution takes the most memory.
+  const parts::Built assembly(
+      parts::Kind::Hessian,
+      static_cast<double>((entries.capacity() + kept.capacity()) * sizeof(Eigen::Triplet<double>)) +
+          bytes_of(h));
   return h;
+}
+
+double bytes_of(const Sparse& h) {
+  return static_cast<double>(h.data().allocatedSize()) * (sizeof(double) + sizeof(int)) +
+         static_cast<double>(h.outerSize() + 1) * sizeof(int);
+}
+
+double bytes_of(const Cholesky& factor) {
+  if (factor.rows() == 0) return 0.0;
+  return bytes_of(factor.matrixL().nestedExpression()) +
+         static_cast<double>(factor.rows()) * (sizeof(double) + 4 * sizeof(int));
 }
 
 void factorize_stable(Cholesky& factor, const Sparse& h, int newton_step) {

@@ -31,6 +31,10 @@ void factorize_stable(Cholesky& factor, const Eigen::SparseMatrix<double>& h, in
 /// one lies on it.
 Eigen::Index eigenvalues_below(const Eigen::SparseMatrix<double>& h, double shift);
 
+/// Memory of the matrix and of the factor  [bytes].
+double bytes_of(const Eigen::SparseMatrix<double>& h);
+double bytes_of(const Cholesky& factor);
+
 /// Largest absolute row sum.
 double infinity_norm(const Eigen::SparseMatrix<double>& h);
 

@@ -26,7 +26,10 @@ struct HarmonicAngle {
 /// What the network is made of.
 struct Material {
   bond::AnyLaw law;
-  double angle_stiffness;  // k_a; 0 for a network without angles  [M L^2 T^-2]
+  double angle_stiffness;     // k_a; 0 for a network without angles  [M L^2 T^-2]
+  bool keeps_angles = false;  // their loop is there although k_a = 0, to show that it changes nothing
+
+  bool has_angles() const { return angle_stiffness != 0.0 || keeps_angles; }
 };
 
 /// Calls use(law, angle) with the types that the material stands for.
@@ -34,8 +37,8 @@ template <class Use>
 auto visit(const Material& material, Use use) {
   return std::visit(
       [&](const auto& law) {
-        return material.angle_stiffness == 0.0 ? use(law, NoAngle{})
-                                               : use(law, HarmonicAngle{material.angle_stiffness});
+        return material.has_angles() ? use(law, HarmonicAngle{material.angle_stiffness})
+                                     : use(law, NoAngle{});
       },
       material.law);
 }
@@ -45,6 +48,8 @@ struct Workspace {
   Positions d;       // deformed vector of each bond  [L]
   Positions g;       // gradient of the energy by it  [M L T^-2]
   AngleStars stars;  // the network's angles, arranged at the first evaluation that needs them
+
+  double bytes() const { return static_cast<double>(d.size() + g.size()) * sizeof(double); }  // without stars
 };
 
 /// Deformed bond vectors into work.d; returns whether every bond is inside the law's domain (false for NaN).

@@ -18,7 +18,10 @@ ImplicitMidpoint::ImplicitMidpoint(const Material& material, const Network& netw
       fixed_(fixed.size() > 0 ? fixed : FixedDofs::Constant(u.rows(), 3, false)),
       load_(load.size() > 0 ? load : Positions::Zero(u.rows(), 3)),
       u_(u),
-      v_(fixed_.select(0.0, v)) {}
+      v_(fixed_.select(0.0, v)),
+      part_(parts::Kind::Midpoint,
+            static_cast<double>(u_.size() + v_.size() + load_.size()) * sizeof(double) +
+                static_cast<double>(fixed_.size())) {}
 
 void ImplicitMidpoint::step() {
   stop_if_asked("step", steps_ + 1);

@@ -40,6 +40,7 @@ class ImplicitMidpoint {
   Positions load_;
   std::int64_t steps_ = 0, newton_steps_ = 0;
   Positions u_, v_;
+  parts::Built part_;
 };
 
 }  // namespace veriflex::solid

@@ -22,24 +22,45 @@ double Drive::at(double time) const {
   return risen * amplitude * std::sin(omega * time);
 }
 
-Leapfrog::Leapfrog(const Material& material, const Network& network, const Conditions& conditions, double dt,
-                   Substeps substeps, const Positions& u, const Positions& v)
+Leapfrog::Leapfrog(const Material& material, const Network& network, Conditions conditions, double dt,
+                   Substeps substeps, Positions u, Positions v)
     : material_(material),
       network_(network),
-      conditions_(conditions),
+      conditions_(std::move(conditions)),
       dt_(dt),
       wanted_(substeps),
-      u_(u),
-      v_(v) {
+      u_(std::move(u)),
+      v_(std::move(v)) {
   if (!evaluate(u_)) fail("start", u_);
   divide();
   // Back to half a sub-step before the start, so that velocity() is v.
   const double h = dt_ / count_;
   const double half_drag = 0.5 * conditions_.drag * h / conditions_.node_mass;
-  Positions force = -gradient_;
-  if (conditions_.load.size() > 0) force += conditions_.load;
-  v_ = v * (1.0 + half_drag) - 0.5 * h / conditions_.node_mass * force;
+  const double half_kick = 0.5 * h / conditions_.node_mass;
+  if (conditions_.load.size() > 0) {
+    v_ = v_ * (1.0 + half_drag) - half_kick * (conditions_.load - gradient_);
+  } else {
+    v_ = v_ * (1.0 + half_drag) + half_kick * gradient_;
+  }
   if (conditions_.fixed.size() > 0) v_ = conditions_.fixed.select(0.0, v_);
+  next_.resizeLike(u_);
+  tell_parts();
+}
+
+void Leapfrog::tell_parts() {
+  using parts::Kind;
+  network_parts_ = parts_of(network_);
+  const auto arrays = static_cast<double>(u_.size() + v_.size() + gradient_.size() + next_.size());
+  parts_.emplace_back(Kind::LeapFrog, arrays * sizeof(double) + work_.bytes());
+  if (material_.has_angles()) parts_.emplace_back(Kind::Angles, work_.stars.bytes());
+  if (conditions_.fixed.size() > 0)
+    parts_.emplace_back(Kind::Constraints, static_cast<double>(conditions_.fixed.size()));
+  if (conditions_.load.size() > 0)
+    parts_.emplace_back(Kind::Loads, static_cast<double>(conditions_.load.size()) * sizeof(double));
+  if (conditions_.drive) {
+    parts_.emplace_back(Kind::Drive,
+                        static_cast<double>(conditions_.drive->nodes.capacity() * sizeof(std::int32_t)));
+  }
 }
 
 // As many sub-steps as asked for, or as the present network needs.

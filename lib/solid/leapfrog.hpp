@@ -56,8 +56,8 @@ class Leapfrog {
  public:
   /// Starts at displacement u and velocity v at time 0. Throws NumericalFailure as step() does when the
   /// energy does not exist at u.
-  Leapfrog(const Material& material, const Network& network, const Conditions& conditions, double dt,
-           Substeps substeps, const Positions& u, const Positions& v);
+  Leapfrog(const Material& material, const Network& network, Conditions conditions, double dt,
+           Substeps substeps, Positions u, Positions v);
 
   /// Advances by dt. Throws NumericalFailure with the step and what_is_inadmissible() when a bond leaves its
   /// law's domain or an angle degenerates; the state is then that of the last good step.
@@ -79,6 +79,7 @@ class Leapfrog {
   /// NumericalFailure as step() does when the energy does not exist in it.
   void restore(const State& state);
 
+  const Conditions& conditions() const { return conditions_; }
   const Positions& displacement() const { return u_; }
   /// Velocity half a (sub-)step ago: what the scheme carries.
   const Positions& half_velocity() const { return v_; }
@@ -98,6 +99,7 @@ class Leapfrog {
  private:
   template <class Extra>
   void advance(Extra extra_kick);
+  void tell_parts();
   void divide();
   bool evaluate(const Positions& u);
   void prescribe(double time, double substep);
@@ -114,6 +116,8 @@ class Leapfrog {
   Positions u_, v_, gradient_;
   Positions next_;  // displacement a sub-step on, until it is known to be good
   Workspace work_;
+  NetworkParts network_parts_;
+  std::vector<parts::Built> parts_;
 };
 
 }  // namespace veriflex::solid

@@ -53,6 +53,7 @@ Sparse free_hessian(const Material& material, const Network& network, const Posi
                     const FixedDofs& held) {
   refuse_beyond_memory(material, network);
   return visit(material, [&](const auto& law, const auto& angle) {
+    const NetworkParts network_parts = parts_of(network);
     Workspace work;
     Positions unused;
     if (!deform(law, network, u, work) || !gradient(law, angle, network, work, unused)) {
@@ -108,6 +109,7 @@ Positions linear_response(const Material& material, const Network& network, cons
   Cholesky factor;
   factor.analyzePattern(h);
   factorize_stable(factor, h, 0);
+  const parts::Built part(parts::Kind::Statics, bytes_of(h) + bytes_of(factor));
   const Eigen::VectorXd force = dofs.gather(load);
   Eigen::VectorXd u = factor.solve(force);
   u += factor.solve(force - h * u);  // one step of refinement: slender bodies are ill conditioned

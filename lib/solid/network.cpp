@@ -158,8 +158,29 @@ Network plate_lattice(const Plate& plate) {
                                plate.spacing, [](double, double, double) { return true; });
 }
 
+double bond_bytes(const Network& network) {
+  return static_cast<double>(network.rest.size() + network.vectors.size()) * sizeof(double) +
+         static_cast<double>(network.bonds.capacity() * sizeof(Bond) +
+                             network.ids.capacity() * sizeof(std::int64_t));
+}
+
+double angle_bytes(const Network& network) {
+  return static_cast<double>(network.angles.capacity() * sizeof(Angle));
+}
+
+NetworkParts parts_of(const Network& network) {
+  NetworkParts held{{parts::Kind::Bonds, bond_bytes(network), &network}, {}};
+  if (network.angles.capacity() > 0)
+    held.angles = parts::Built(parts::Kind::Angles, angle_bytes(network), &network);
+  return held;
+}
+
 void add_angles(Network& network) {
-  for (const std::vector<End>& ends : ends_by_node(network)) {
+  const std::vector<std::vector<End>> ends_of_nodes = ends_by_node(network);
+  std::size_t count = 0;
+  for (const std::vector<End>& ends : ends_of_nodes) count += ends.size() * (ends.size() - 1) / 2;
+  network.angles.reserve(count);
+  for (const std::vector<End>& ends : ends_of_nodes) {
     stop_if_asked("angles of a node", static_cast<std::int64_t>(network.angles.size()));
     for (std::size_t p = 0; p < ends.size(); ++p) {
       for (std::size_t q = p + 1; q < ends.size(); ++q) {

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/parts.hpp"
 #include "base/vec.hpp"
 #include "solid/angle_kernel.hpp"
 #include "solid/bond_kernel.hpp"
@@ -27,6 +28,16 @@ struct Network {
   }
   Eigen::Index node_count() const { return rest.rows(); }
 };
+
+/// Memory of its nodes and bonds, and of its list of angles  [bytes].
+double bond_bytes(const Network& network);
+double angle_bytes(const Network& network);
+
+/// What whoever computes with a network holds, so that the network counts among the parts of the scene.
+struct NetworkParts {
+  parts::Built bonds, angles;
+};
+NetworkParts parts_of(const Network& network);
 
 /// A block of n x m x l lattice nodes; its axis is z. One chain of nodes stands for a cross-section of
 /// spacing^2, so the section of the block is n m spacing^2 (not (n-1)(m-1) spacing^2).

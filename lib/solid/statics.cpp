@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "base/error.hpp"
 #include "base/reduce.hpp"
@@ -87,15 +88,19 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
     throw NumericalFailure("start of a static solution: " + what_is_inadmissible(material, network, start),
                            FailureMode::Bond);
   }
+  const NetworkParts network_parts = parts_of(network);
+  std::optional<parts::Built> part;
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration <= max_iterations; ++iteration) {
     stop_if_asked("Newton step", iteration);
-    std::vector<Eigen::Triplet<double>> second = hessian(law, angle, network, now.work);
-    if (!is_static) {
-      for (int i = 0; i < static_cast<int>(held.size()); ++i) second.emplace_back(i, i, inertia.stiffness);
-    }
-    const Eigen::SparseMatrix<double> h = dofs.restrict(second);
+    const Eigen::SparseMatrix<double> h = [&] {
+      std::vector<Eigen::Triplet<double>> second = hessian(law, angle, network, now.work);
+      if (!is_static) {
+        for (int i = 0; i < static_cast<int>(held.size()); ++i) second.emplace_back(i, i, inertia.stiffness);
+      }
+      return dofs.restrict(second);
+    }();
     const double stiffest = infinity_norm(h);
     const double force = worse(force_scale(law, now.work), largest_magnitude(load));
     if (!std::isfinite(force) || !std::isfinite(stiffest)) {
@@ -107,6 +112,11 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
     if (dofs.count > 0) {
       if (iteration == 0) factor.analyzePattern(h);
       factorize_stable(factor, h, iteration);
+    }
+    if (!part) {
+      const auto arrays = static_cast<double>(now.u.size() + now.gradient.size() + now.g.size());
+      part.emplace(parts::Kind::Statics, arrays * sizeof(double) + now.work.bytes() + now.work.stars.bytes() +
+                                             bytes_of(h) + bytes_of(factor));
     }
     // Bond vectors are rounded to epsilon times themselves and the displacements: forces cannot be balanced
     // better.

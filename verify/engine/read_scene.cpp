@@ -1,6 +1,9 @@
 #include "engine/read_scene.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
 
 namespace veriflex::engine {
 
@@ -175,6 +178,18 @@ std::vector<std::int64_t> read_voxels(const io::Table& fluid, const fluid::Spec&
 
 }  // namespace
 
+std::vector<std::string> read_kept(const io::Table& table, const std::vector<std::string>& known) {
+  if (!table.has("keep")) return {};
+  const std::vector<std::string> kept = table.texts("keep");
+  for (const std::string& part : kept) {
+    if (std::find(known.begin(), known.end(), part) != known.end()) continue;
+    table.fail("keep", fmt::format("'{}' is no part that can be kept", part),
+               fmt::format("these can: {}", fmt::join(known, ", ")),
+               "Write for example keep = [\"" + known.front() + "\"]");
+  }
+  return kept;
+}
+
 std::array<std::int64_t, 3> read_box(const io::Table& fluid) {
   const std::vector<std::int64_t> nodes = fluid.integers("nodes");
   if (nodes.size() != 3) {
@@ -234,6 +249,8 @@ fluid::Spec read_fluid(const io::Table& top, Varied varied) {
   }
   for (std::size_t axis = 0; axis < 3; ++axis) spec.walls[axis] = read_walls(table, axis);
   if (varied == Varied::Nothing && table.has("obstacle")) spec.obstacle = read_voxels(table, spec);
+  for (const std::string& part : read_kept(table, {"body force", "obstacle"}))
+    (part == "obstacle" ? spec.kept.obstacle : spec.kept.body_force) = true;
   return spec;
 }
 

@@ -57,6 +57,9 @@ observe::MonitorSpec read_monitor(const io::Table& top);
 scene::CouplingSpec read_coupling(const io::Table& top);
 
 /// The plan, with a scene that cannot be planned reported at its place in the case.
+/// `keep` of a table: parts that are built although they do nothing, out of `known`. Throws InputError.
+std::vector<std::string> read_kept(const io::Table& table, const std::vector<std::string>& known);
+
 scene::Plan read_plan(const io::Table& top, const scene::Outline& scene);
 
 }  // namespace veriflex::engine

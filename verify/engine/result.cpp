@@ -5,8 +5,10 @@
 #include <fmt/ranges.h>
 #include <sys/resource.h>
 #include <sys/utsname.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <fstream>
 #include <new>
@@ -118,6 +120,25 @@ void write_plan(io::Hdf5Image& file, const scene::Plan& plan) {
   left_out.column("why", plan.left_out, [](const scene::LeftOut& l) { return l.why; });
 }
 
+void write_parts(io::Hdf5Image& file, const Result& r) {
+  {
+    Table table(file, "/parts");
+    std::vector<std::string> names;
+    std::vector<double> count, bytes;
+    for (std::size_t k = 0; k < r.parts.size(); ++k) {
+      if (r.parts[k].count == 0) continue;
+      names.emplace_back(parts::kinds[k].id);
+      count.push_back(static_cast<double>(r.parts[k].count));
+      bytes.push_back(r.parts[k].bytes);
+    }
+    table.column("part", names);
+    table.column("count", count);
+    table.column("memory_bytes", bytes);
+  }
+  file.attribute("/parts", "peak_bytes", std::llround(r.peak.bytes));
+  file.attribute("/parts", "allocated_bytes", std::llround(r.peak.allocated));
+}
+
 void write_observations(io::Hdf5Image& file, const observe::Observations& seen) {
   file.group("/records");
   for (const observe::Record& record : seen.records) {
@@ -208,6 +229,8 @@ void write_circumstances(io::Hdf5Image& file, const Result& r) {
     file.attribute("/provenance", name, *value);
   }
   file.attribute("/provenance", "threads", std::int64_t{p.threads});
+  file.attribute("/provenance", "machine_memory_bytes",
+                 std::int64_t{sysconf(_SC_PHYS_PAGES)} * std::int64_t{sysconf(_SC_PAGESIZE)});
   file.group("/work");
   for (const work::Field& field : work::fields) {
     file.attribute("/work", field.name, static_cast<std::int64_t>(r.work.*field.count));
@@ -356,6 +379,7 @@ Result run_case(const Case& c, int threads, int repeats) {
   Progress progress(c.id);
   stop::forget();
   const work::Counts before = work::done();
+  parts::restart();
   try {
     c.study.run(result.seen, progress, result.cost);
     if (stop::was_thrown()) {
@@ -364,6 +388,7 @@ Result run_case(const Case& c, int threads, int repeats) {
       throw Stopped(stop::reason());
     }
     hold_to_declaration(c.study, result.seen);
+    hold_to_plan(c.study);
     for (const Check& check : c.checks) result.outcomes.push_back(judge(check, c, result.seen));
     result.verdict = overall(result.outcomes);
     const bool only_baseline = std::all_of(c.checks.begin(), c.checks.end(),
@@ -385,6 +410,8 @@ Result run_case(const Case& c, int threads, int repeats) {
   for (const work::Field& field : work::fields) {
     result.work.*field.count = after.*field.count - before.*field.count;
   }
+  result.parts = parts::made();
+  result.peak = parts::peak();
   try {
     while (result.verdict != Verdict::error && repeats-- > 0) result.repeats.push_back(time_of_a_run(c));
   } catch (...) {
@@ -435,6 +462,7 @@ void write_result(const Result& result, const std::filesystem::path& folder) {
   write_head(file, result);
   write_assumed(file, result.c);
   write_plan(file, result.c.study.plan);
+  write_parts(file, result);
   write_observations(file, result.seen);
   write_checks(file, result);
   write_references(file, result.c);

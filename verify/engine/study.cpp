@@ -1,6 +1,7 @@
 #include "engine/study.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <stdexcept>
@@ -37,6 +38,13 @@ void hold_to_declaration(const Study& study, const observe::Observations& seen) 
     if (study.declares.metric(metric.name) == nullptr)
       throw std::logic_error(fmt::format("metric '{}' was measured and is not declared", metric.name));
   }
+}
+
+void hold_to_plan(const Study& study) {
+  if (study.of_many_runs) return;
+  const std::vector<std::string> broken = scene::broken_promises(study.plan, parts::made());
+  if (!broken.empty())
+    throw std::logic_error(fmt::format("the run is not what its plan says: {}", fmt::join(broken, "; ")));
 }
 
 }  // namespace veriflex::engine

@@ -9,6 +9,7 @@
 #include "engine/cost.hpp"
 #include "io/document.hpp"
 #include "observe/record.hpp"
+#include "scene/offers.hpp"
 #include "scene/plan.hpp"
 
 namespace veriflex::engine {
@@ -26,6 +27,10 @@ struct Study {
   std::function<void(observe::Observations&, Progress&, Cost&)> run;
   /// Whether it makes many runs of a case: its checks ask for numbers of several rows (engine::Asked).
   bool of_many_runs = false;
+  /// What a run will do, where that can be known.
+  std::optional<scene::ExpectedWork> expects{};
+  /// What the case could do without at a price in accuracy; empty: nothing is known of that. Takes a while.
+  std::function<std::vector<scene::Offer>()> offers{};
 };
 
 /// Everything a check may ask for: metrics, and `record.column` for curves. Dimension and meaning are empty
@@ -39,6 +44,10 @@ observe::Observations begin(const Study& study);
 /// Holds what a complete run has seen against what was declared. Throws std::logic_error for a metric that
 /// was declared and not measured, or the other way round.
 void hold_to_declaration(const Study& study, const observe::Observations& seen);
+
+/// Holds what a complete run has built, since parts::restart(), against the plan. Throws std::logic_error. A
+/// study of many runs builds nothing itself: its rows are held to their plans.
+void hold_to_plan(const Study& study);
 
 /// A kind of study, by the name that `driver = "..."` gives in a case.
 struct Driver {

@@ -171,7 +171,11 @@ engine::Study read_coupled_spectrum(const io::Table& top) {
     t.fail("resolution", fmt::format("'resolution' is {}", *study.resolution), "it lies between 1e-5 and 0.1",
            "Use 0.002");
   }
-  scene::Plan plan = plan_of(top, read.scene);
+  scene::Scene perturbed = read.scene;
+  perturbed.fluid->representation = fluid::Representation::Populations;  // these are what is perturbed
+  scene::Plan plan = plan_of(top, perturbed);
+  if (study.resolution)
+    scene::put_in(plan, {"loads", "minute forces that kick the bodies of runs", 0.0, {parts::Kind::Loads}});
   check_places(read);
   return {.plan = std::move(plan),
           .declares = declared(study.resolution.has_value()),

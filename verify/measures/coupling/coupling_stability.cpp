@@ -244,11 +244,10 @@ engine::Study read_coupling_stability(const io::Table& top) {
   scene::Plan plan = engine::read_plan(top, {.law = law,
                                              .solid = solid,
                                              .method = "leap-frog, free, kicked by minute forces",
-                                             .moves = true,
+                                             .by = {parts::Kind::LeapFrog, parts::Kind::Loads},
                                              .fluid = study.fluid,
                                              .coupling = scene::CouplingSpec{},
-                                             .exchange = "nodes, force and sub-steps as each point says",
-                                             .is_free = true});
+                                             .exchange = "nodes, force and sub-steps as each point says"});
   check(study, top.table("fluid").place("nodes"));
   return {.plan = std::move(plan),
           .measures = measures,

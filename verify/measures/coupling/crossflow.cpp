@@ -257,7 +257,7 @@ engine::Study read_crossflow(const io::Table& top) {
       top, {.law = law,
             .solid = solid,
             .method = fmt::format("leap-frog, {} sub-steps, first sections clamped", study.substeps),
-            .moves = true,
+            .by = {parts::Kind::LeapFrog, parts::Kind::Constraints},
             .fluid = study.fluid,
             .coupling = study.coupling});
   check(study, top.table("fluid").place("nodes"));

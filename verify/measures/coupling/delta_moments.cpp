@@ -152,7 +152,12 @@ std::vector<std::string> measures() {
 
 engine::Study read_delta_moments(const io::Table& top) {
   const std::int64_t positions = top.table("delta_moments").integer("positions", 1, 100'000'000);
-  return {.plan = engine::read_plan(top, {}),
+  scene::Plan plan = engine::read_plan(top, {});
+  scene::put_in(plan, {"coupling",
+                       "supports and weights of single markers, for each delta function",
+                       0.0,
+                       {parts::Kind::Coupling}});
+  return {.plan = std::move(plan),
           .measures = measures(),
           .run = [positions](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(positions, seen, progress, cost);

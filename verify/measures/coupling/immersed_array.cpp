@@ -385,6 +385,7 @@ engine::Study read_array(const io::Table& top) {
   }
   return {
       .plan = engine::read_plan(top, {.fluid = cell(study, study.relaxation_times.front(), study.first_cell),
+                                      .initial_flow = true,
                                       .coupling = engine::read_coupling(top),
                                       .exchange = "markers at rest on the surface of the body"}),
       .measures = measures_of(study),

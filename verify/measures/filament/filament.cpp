@@ -310,11 +310,17 @@ engine::Study read_filament(const io::Table& top) {
   if (study.stroke.periods > 1) measures.insert(measures.end(), {"period_change", "period_change_compared"});
   if (study.stroke.short_bond > 0.0) measures.emplace_back("share_short");
   if (!study.modulus_factors.empty()) measures.insert(measures.end(), {"modulus_low", "modulus_high"});
-  return {.plan = plan_stroke(top, study.stroke),
+  scene::Plan plan = plan_stroke(top, study.stroke);
+  return {.plan = std::move(plan),
           .measures = measures,
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .run = [study](Observations& seen, Progress& progress,
+                         engine::Cost& cost) { run(study, seen, progress, cost); },
+          .expects = expected_work(study.stroke, static_cast<int>(2 + study.modulus_factors.size())),
+          .offers =
+              [study] {
+                return scene::offers({.fluid = study.stroke.fluid, .bodies = {body_of(study.stroke)}},
+                                     [](std::size_t) { return "filament.substeps"; });
+              }};
 }
 
 }  // namespace veriflex::measures

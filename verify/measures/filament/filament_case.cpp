@@ -130,12 +130,17 @@ Stroke varied(const Stroke& base, const io::Table& variant) {
   return s;
 }
 
+scene::ExpectedWork expected_work(const Stroke& stroke, int runs) {
+  const auto steps = std::llround(stroke.periods * stroke.period());
+  return *scene::expected_work({.fluid = stroke.fluid, .bodies = {body_of(stroke)}}, runs * steps);
+}
+
 scene::Plan plan_stroke(const io::Table& top, const Stroke& stroke) {
   scene::Plan plan = engine::read_plan(
       top, {.law = stroke.law,
             .solid = scene::SolidSpec{.shape = stroke.rod, .angle_stiffness = stroke.angle_stiffness},
             .method = fmt::format("leap-frog, {} sub-steps, driven at one end", stroke.substeps.count),
-            .moves = true,
+            .by = {parts::Kind::LeapFrog, parts::Kind::Drive},
             .fluid = stroke.fluid,
             .coupling = stroke.coupling});
   check(stroke, top.table("fluid").place("nodes"), top.table("filament").place("reynolds"));

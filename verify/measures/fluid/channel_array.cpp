@@ -203,7 +203,7 @@ engine::Study read_array(const io::Table& top) {
       read_steady(t, 1e-9, spec, 0.25 * static_cast<double>(nodes), fmt::format("a cell of {} nodes", nodes));
   engine::read_plan(top, {.fluid = study.fluid});  // refuses a box beyond the memory before it is cut
   study.fluid.obstacle = fluid::voxels(study.fluid.grid, study.shape, fluid::closed(study.fluid));
-  return study_of(top, study.fluid, declared(study.has_series), study, run);
+  return study_of(top, {.fluid = study.fluid}, declared(study.has_series), study, run);
 }
 
 }  // namespace veriflex::measures::channel

@@ -93,7 +93,7 @@ engine::Study read_couette(const io::Table& top) {
       .common = common,
       .steady = read_steady(top.table("channel"), 1e-15, common.fluid, static_cast<double>(common.nodes),
                             fmt::format("a gap of {} nodes", common.nodes))};
-  return study_of(top, spec_of(study), declared(), study, run);
+  return study_of(top, {.fluid = spec_of(study)}, declared(), study, run);
 }
 
 }  // namespace veriflex::measures::channel

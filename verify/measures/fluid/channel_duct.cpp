@@ -122,7 +122,7 @@ engine::Study read_duct(const io::Table& top) {
       .common = common,
       .steady = read_steady(top.table("channel"), 1e-12, common.fluid, static_cast<double>(common.nodes),
                             fmt::format("a duct of {} nodes", common.nodes))};
-  return study_of(top, spec_of(study), declared(), study, run);
+  return study_of(top, {.fluid = spec_of(study)}, declared(), study, run);
 }
 
 }  // namespace veriflex::measures::channel

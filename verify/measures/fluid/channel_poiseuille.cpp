@@ -79,7 +79,7 @@ void run(const Poiseuille& study, Observations& seen, Progress& progress) {
   const double exact_slip = analytic::half_way_slip(study.common.fluid.relaxation_time);
   for (std::size_t j = 0; j < exact.size(); ++j) {
     seen.open("profile").append({from_wall(static_cast<std::int64_t>(j)) / study.height(), velocity[j] / top,
-                                  exact[j] / top, bare[j] / top, exact[j] / top});
+                                 exact[j] / top, bare[j] / top, exact[j] / top});
   }
   set_norms(seen, "", error_norms(velocity, exact));
   set_norms(seen, "bare_", error_norms(bare, exact));
@@ -124,7 +124,7 @@ engine::Study read_poiseuille(const io::Table& top) {
            fmt::format("it takes between 1 and {:.1g}", max_steps),
            "After 2.5 the slowest mode has fallen to 2e-11; use fewer nodes or a larger relaxation time");
   }
-  return study_of(top, spec_of(study), declared(), study, run);
+  return study_of(top, {.fluid = spec_of(study)}, declared(), study, run);
 }
 
 }  // namespace veriflex::measures::channel

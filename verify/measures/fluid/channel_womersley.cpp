@@ -118,7 +118,7 @@ engine::Study read_womersley(const io::Table& top) {
     t.fail("period", fmt::format("the run would take {:.3g} steps", steps),
            fmt::format("{:.1g} is the most", max_steps), "Use a shorter period or fewer of them");
   }
-  return study_of(top, gap(study.common), declared(), study, run);
+  return study_of(top, {.fluid = gap(study.common), .uniform_force = true}, declared(), study, run);
 }
 
 }  // namespace veriflex::measures::channel

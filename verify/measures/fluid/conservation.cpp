@@ -157,7 +157,7 @@ engine::Study read_conservation(const io::Table& top) {
       }
     }
   }
-  return study_of(top, study.fluid, declared(study.fluid), study, run);
+  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, declared(study.fluid), study, run);
 }
 
 }  // namespace veriflex::measures

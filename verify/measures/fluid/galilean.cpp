@@ -121,7 +121,7 @@ engine::Study read_galilean(const io::Table& top) {
                 .viscosity = fluid::viscosity(study.fluid.relaxation_time)};
   study.flow.stream[plane[0]] = study.speed;
   require_steps(top.table("fluid"), 1.5 / study.flow.decay_rate());
-  return study_of(top, study.fluid, declared(), study, run);
+  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, declared(), study, run);
 }
 
 }  // namespace veriflex::measures

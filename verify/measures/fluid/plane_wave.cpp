@@ -168,7 +168,7 @@ engine::Study read_plane_wave(const io::Table& top) {
              "Choose one whose scalar product with 'direction' is 0");
     }
   }
-  return study_of(top, study.fluid, declared(study.sound), study, run);
+  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, declared(study.sound), study, run);
 }
 
 }  // namespace veriflex::measures

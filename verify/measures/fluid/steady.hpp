@@ -27,9 +27,9 @@ scene::Simulation run_to_steady(const fluid::Spec& fluid, std::span<const std::i
 
 /// A driver's study of one fluid: what was read, what it declares, and the run that measures it.
 template <class Read>
-engine::Study study_of(const io::Table& top, const fluid::Spec& fluid, observe::Observations declares,
+engine::Study study_of(const io::Table& top, const scene::Outline& outline, observe::Observations declares,
                        const Read& read, void (*run)(const Read&, observe::Observations&, Progress&)) {
-  return {.plan = engine::read_plan(top, {.fluid = fluid}),
+  return {.plan = engine::read_plan(top, outline),
           .declares = std::move(declares),
           .run = [read, run](observe::Observations& seen, Progress& progress, engine::Cost&) {
             run(read, seen, progress);

@@ -138,7 +138,10 @@ engine::Study read_stream_stability(const io::Table& top) {
              fmt::format("it is positive, and small: up to {}", 0.1 * no_longer_small), "Leave it out");
     }
   }
-  return study_of(top, study.fluid, declared(study.steps > 0), study, run);
+  // Without a run there is no fluid: the eigenvalues of its waves need none.
+  const scene::Outline outline =
+      study.steps > 0 ? scene::Outline{.fluid = study.fluid, .initial_flow = true} : scene::Outline{};
+  return study_of(top, outline, declared(study.steps > 0), study, run);
 }
 
 }  // namespace veriflex::measures

@@ -167,7 +167,7 @@ engine::Study read_vortex(const io::Table& top) {
   }
   require_steps(top.table("fluid"), decays / study.flow.decay_rate());
   study.steps = std::max<std::int64_t>(1, std::llround(decays / study.flow.decay_rate()));
-  return {.plan = engine::read_plan(top, {.fluid = study.fluid}),
+  return {.plan = engine::read_plan(top, {.fluid = study.fluid, .initial_flow = true}),
           .declares = declared(study),
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);

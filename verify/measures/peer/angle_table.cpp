@@ -111,8 +111,9 @@ engine::Study read_angle_table(const io::Table& top, const io::Table& peer) {
   return {.plan = {.built = {{"angle",
                               fmt::format("one angle of stiffness {}, at rest at {} degrees", stiffness,
                                           rest_angle),
-                              0.0}},
-                   .left_out = {{"bonds", "the table is about one angle alone"}}},
+                              0.0,
+                              {parts::Kind::Bonds, parts::Kind::Angles}}},
+                   .left_out = {{"forces of bonds", "the table is about one angle alone"}}},
           .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows"},
           .run = [=](Observations& seen, Progress&, engine::Cost&) {
             compare_angle(stiffness, rest_angle == 180, table, seen);

@@ -216,38 +216,40 @@ std::vector<double> by_node(const std::vector<double>& rows, const std::vector<E
   return all;
 }
 
-scene::Plan plan_of(const Body& body, const std::string& method, bool moves) {
-  scene::Plan plan =
-      scene::plan({.law = body.material.law, .solid = std::nullopt, .method = "", .moves = false});
+scene::Plan plan_of(const Body& body, const std::string& method, const std::vector<parts::Kind>& by) {
+  using parts::Kind;
+  scene::Plan plan = scene::plan({.law = body.material.law, .solid = std::nullopt});
   std::erase_if(plan.left_out, [](const scene::LeftOut& l) { return l.module == "solid"; });
-  const auto bonds = static_cast<double>(body.network.bonds.size());
-  const auto angles = static_cast<double>(body.network.angles.size());
   plan.built.push_back(
       {"solid",
        fmt::format("{} nodes, {} bonds ({}) from a data file, typical length {}", body.network.node_count(),
                    body.network.bonds.size(), bond::name_of(body.material.law), body.network.spacing),
-       static_cast<double>(body.network.node_count()) * 24.0 + bonds * 32.0});
+       solid::bond_bytes(body.network),
+       {Kind::Bonds}});
   if (body.material.angle_stiffness > 0.0) {
     const auto straight = std::count_if(body.network.angles.begin(), body.network.angles.end(),
                                         [](const solid::Angle& a) { return a.straight; });
     plan.built.push_back({"angles",
                           fmt::format("{} angles of stiffness {}, {} of them rest at 180 degrees",
                                       body.network.angles.size(), body.material.angle_stiffness, straight),
-                          angles * static_cast<double>(sizeof(solid::Angle))});
+                          solid::angle_bytes(body.network),
+                          {Kind::Angles}});
   } else {
-    plan.left_out.push_back({"angles", "the case gives them no stiffness"});
+    plan.left_out.push_back({"angles", "the case gives them no stiffness", Kind::Angles});
   }
-  if (!method.empty()) plan.built.push_back({"solver", method, 0.0});
-  if (moves) {
-    plan.left_out.push_back({"constraints", "the body is free: no pass over fixed or driven coordinates"});
+  if (!method.empty()) plan.built.push_back({"solver", method, 0.0, by});
+  if (by == std::vector{Kind::LeapFrog}) {
+    plan.left_out.push_back(
+        {"constraints", "the body is free: no pass over fixed or driven coordinates", Kind::Constraints});
   } else {
-    plan.left_out.push_back({"velocities", "a static study needs none"});
+    plan.left_out.push_back({"velocities", "a static study needs none", Kind::LeapFrog});
   }
   return plan;
 }
 
 double evaluate(const solid::Material& material, const solid::Network& network, const Positions& u,
                 Positions& gradient) {
+  const solid::NetworkParts held = solid::parts_of(network);
   return solid::visit(material, [&](const auto& law, const auto& angle) {
     solid::Workspace work;
     if (!solid::deform(law, network, u, work) || !solid::gradient(law, angle, network, work, gradient)) {

@@ -42,7 +42,8 @@ Positions by_node(const Positions& rows, const std::vector<Eigen::Index>& node_o
 std::vector<double> by_node(const std::vector<double>& rows, const std::vector<Eigen::Index>& node_of_row);
 
 /// What is built of it; `method` says how it is solved, empty where nothing is. A body that moves is free.
-scene::Plan plan_of(const Body& body, const std::string& method, bool moves);
+/// `by`: what solves it, as in scene::Outline.
+scene::Plan plan_of(const Body& body, const std::string& method, const std::vector<parts::Kind>& by);
 
 /// Energy at displacement u  [M L^2 T^-2], and its gradient by the nodes. Throws NumericalFailure where it
 /// does not exist.

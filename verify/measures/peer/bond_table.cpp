@@ -65,7 +65,7 @@ engine::Study read_bond_table(const io::Table& top, const io::Table& peer) {
   const bond::AnyLaw law = engine::read_law(top);
   const PeerTable table(peer, "table", peer.text("table"));
   table.need({"r", "energy", "force"});
-  return {.plan = scene::plan({.law = law, .solid = std::nullopt, .method = "", .moves = false}),
+  return {.plan = scene::plan({.law = law, .solid = std::nullopt}),
           .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows",
                        "bond_table.r", "bond_table.force", "bond_table.energy"},
           .run = [=](Observations& seen, Progress&, engine::Cost&) { compare_bond(law, table, seen); }};

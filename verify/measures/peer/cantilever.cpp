@@ -123,7 +123,7 @@ engine::Study read_cantilever(const io::Table& top, const io::Table& peer) {
   const auto clamped =
       static_cast<std::size_t>(peer.integer("clamped_layers", 1, std::max<std::int64_t>(1, layers - 1)));
   require_statics(body.network, clamped, false, peer);
-  return {.plan = plan_of(body, newton, false),
+  return {.plan = plan_of(body, newton, {parts::Kind::Statics}),
           .measures = {"tip_error", "reaction_error", "energy_error", "max_residual", "rows", "clamped_rows",
                        "cantilever.load", "cantilever.deflection"},
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {

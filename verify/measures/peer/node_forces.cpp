@@ -19,7 +19,8 @@ struct NodeParts {
 };
 
 NodeParts node_parts(const Body& body, const Positions& u) {
-  const auto& [law, angle_stiffness] = body.material;
+  const bond::AnyLaw& law = body.material.law;
+  const double angle_stiffness = body.material.angle_stiffness;
   const solid::Network& network = body.network;
   const auto nodes = static_cast<std::size_t>(network.node_count());
   NodeParts parts{{}, {}, {}, std::vector<double>(nodes, 0.0), std::vector<double>(nodes, 0.0)};
@@ -130,7 +131,7 @@ engine::Study read_node_forces(const io::Table& top, const io::Table& peer) {
   std::vector<std::string> measures{"force_error", "bond_force_error", "bond_energy_error", "rows",
                                     "clamped_rows"};
   if (body.has_angles()) measures.insert(measures.end(), {"angle_force_error", "angle_energy_error"});
-  return {.plan = plan_of(body, "", false),
+  return {.plan = plan_of(body, "", {}),
           .measures = measures,
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);

@@ -90,7 +90,7 @@ engine::Study read_tensile_table(const io::Table& top, const io::Table& peer) {
   const PeerTable table(peer, "table", peer.text("table"));
   table.need({"strain", "force_bottom", "force_top", "e_bond", "e_angle"});
   require_statics(body.network, 1, true, peer);
-  return {.plan = plan_of(body, newton, false),
+  return {.plan = plan_of(body, newton, {parts::Kind::Statics}),
           .measures = {"force_error", "energy_error", "max_residual", "rows", "clamped_rows",
                        "end_force.strain", "end_force.force", "end_force.energy"},
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {

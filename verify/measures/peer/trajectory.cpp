@@ -216,7 +216,7 @@ engine::Study read_trajectory(const io::Table& top, const io::Table& peer) {
               "energies are compared with that at step 0", "Keep the first row");
   return {.plan = plan_of(
               body, fmt::format("leap-frog, time step {}, node mass {}", motion.time_step, motion.node_mass),
-              true),
+              {parts::Kind::LeapFrog}),
           .measures = {"early_position_error", "position_error", "velocity_error", "energy_error",
                        "energy_change", "peer_energy_change", "dt_over_limit", "energy_rows", "rows",
                        "clamped_rows", "trajectory.step", "trajectory.position_error",

@@ -232,9 +232,14 @@ engine::Study read_scene(const io::Table& top) {
   }
   return {.plan = std::move(plan),
           .measures = measures,
-          .run = [study](observe::Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .run = [study](observe::Observations& seen, Progress& progress,
+                         engine::Cost& cost) { run(study, seen, progress, cost); },
+          .expects = scene::expected_work(study.scene, study.steps),
+          .offers =
+              [study] {
+                return scene::offers(study.scene,
+                                     [](std::size_t i) { return fmt::format("body.{}.substeps", i); });
+              }};
 }
 
 }  // namespace veriflex::measures

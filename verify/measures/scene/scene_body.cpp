@@ -214,6 +214,12 @@ void read_start(const io::Table& t, const Eigen::VectorXd& along, double bond_st
   }
 }
 
+/// Whether a part that the body does not need is kept.
+bool keeps(const io::Table& body, const std::string& part) {
+  const std::vector<std::string> kept = engine::read_kept(body, {"angles", "constraints", "loads"});
+  return std::find(kept.begin(), kept.end(), part) != kept.end();
+}
+
 /// What a body that moves by its own forces has.
 void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_stiffness, CaseBody& to) {
   scene::Body& body = to.body;
@@ -241,14 +247,18 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
     conditions.load = engine::read_vector(t, "weight").transpose().replicate(along.size(), 1);
   }
   if (t.has("load")) read_load(t.table("load"), along, body);
+  if (conditions.load.isZero(0.0) && !keeps(t, "loads")) conditions.load.resize(0, 3);
+  if (conditions.load.size() == 0 && keeps(t, "loads")) conditions.load = Positions::Zero(along.size(), 3);
+  if (conditions.fixed.size() == 0 && keeps(t, "constraints"))
+    conditions.fixed = solid::FixedDofs::Constant(along.size(), 3, false);
   if (t.has("drive")) read_drive(t.table("drive"), along, guided, to);
   if (t.has("start")) read_start(t.table("start"), along, bond_stiffness, body);
 }
 
 /// A motion that is given leaves nothing to what the body is made of.
 void read_given_motion(const io::Table& t, CaseBody& to) {
-  for (const char* key :
-       {"bond", "angle", "node_mass", "substeps", "clamped", "guided", "weight", "load", "drive", "start"}) {
+  for (const char* key : {"bond", "angle", "node_mass", "substeps", "clamped", "guided", "weight", "load",
+                          "drive", "start", "keep"}) {
     if (t.has(key)) {
       t.fail(key, fmt::format("'{}' is set beside 'motion'", key), "the motion of that body is given",
              "Leave one of them out");
@@ -313,7 +323,7 @@ CaseBody read_body(const io::Table& t, bool in_fluid) {
   double rest_length = 1.0;  // of a body without bonds: the fluid's spacing
   double bond_stiffness = 0.0;
   if (!given) {
-    body.material = {engine::read_law(t), engine::read_angle_stiffness(t)};
+    body.material = {engine::read_law(t), engine::read_angle_stiffness(t), keeps(t, "angles")};
     const bond::Derivation derived = engine::read_derivation(t, body.material.law);
     rest_length = derived.rest_length;
     bond_stiffness = derived.stiffness;
@@ -325,8 +335,8 @@ CaseBody read_body(const io::Table& t, bool in_fluid) {
            "Choose one near the law's rest length");
   }
   const bool has_own_angles = !body.network.angles.empty();  // out of a data file
-  if (given || body.material.angle_stiffness == 0.0) body.network.angles.clear();
-  if (!given && body.material.angle_stiffness > 0.0 && !has_own_angles) solid::add_angles(body.network);
+  if (given || !body.material.has_angles()) body.network.angles = {};
+  if (!given && body.material.has_angles() && !has_own_angles) solid::add_angles(body.network);
   const Eigen::VectorXd along = body.network.rest.col(2);
   if (t.has("axis")) body.axis = engine::read_axis(t);
   body.network.rest = scene::turned(body.network.rest, body.axis);

@@ -222,7 +222,7 @@ engine::Study read_beam(const io::Table& top) {
               top, {.law = law,
                     .solid = longest,
                     .method = "linear response by sparse Cholesky; first sections clamped, last one loaded",
-                    .moves = false}),
+                    .by = {parts::Kind::Statics}}),
           .measures = measures,
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(study, seen, progress, cost);

@@ -280,7 +280,7 @@ engine::Study read_buckling(const io::Table& top) {
               top, {.law = law,
                     .solid = with_sections(study.section, study.lengths.back() + 1),
                     .method = "root of the lowest eigenvalue of the compressed column's Hessian (Spectra)",
-                    .moves = false}),
+                    .by = {parts::Kind::Hessian}}),
           .measures = {"euler_error", "order_euler", "extrapolated_error", "engesser_error", "order_engesser",
                        "haringx_error", "shear_factor", "max_strain", "over_harmonic", "buckling.spacings",
                        "buckling.strain", "buckling.load", "buckling.euler", "buckling.engesser",

@@ -248,8 +248,10 @@ engine::Study read_dispersion(const io::Table& top) {
            "leap-frog is unstable from 1, and below 1e-6 a period takes millions of steps", "Use 0.5");
   }
   return {
-      .plan = engine::read_plan(
-          top, {.law = law, .solid = solid, .method = "leap-frog, end sections fixed", .moves = true}),
+      .plan = engine::read_plan(top, {.law = law,
+                                      .solid = solid,
+                                      .method = "leap-frog, end sections fixed",
+                                      .by = {parts::Kind::LeapFrog, parts::Kind::Constraints}}),
       .measures = {"frequency_error", "motion_error", "continuum_error", "order_continuum", "dt_over_limit",
                    "standing_waves.mode", "standing_waves.omega", "standing_waves.omega_lattice"},
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {

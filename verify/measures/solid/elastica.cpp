@@ -243,7 +243,7 @@ engine::Study read_elastica(const io::Table& top) {
               top, {.law = law,
                     .solid = longest,
                     .method = "Newton's method, load by load; first sections clamped, last one loaded",
-                    .moves = false}),
+                    .by = {parts::Kind::Statics}}),
           .measures = {"tip_error", "order_min_load", "order_max_load", "extrapolated_error",
                        "shortest_tip_error", "shortest_strain", "departure_from_harmonic",
                        "elastica_longest.load", "elastica_longest.deflection", "elastica_longest.reach",

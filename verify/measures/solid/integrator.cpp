@@ -150,8 +150,10 @@ engine::Study read_integrator(const io::Table& top) {
     t.fail("steps", "not two or more rising numbers of steps", "an order needs two",
            "Give for example [400, 800]");
   }
-  return {.plan = engine::read_plan(
-              top, {.law = law, .solid = solid, .method = "leap-frog, free, from noise", .moves = true}),
+  return {.plan = engine::read_plan(top, {.law = law,
+                                          .solid = solid,
+                                          .method = "leap-frog, free, from noise",
+                                          .by = {parts::Kind::LeapFrog}}),
           .measures = {"momentum_error", "angular_momentum_error", "reversal_error", "energy_error",
                        "order_energy", "dt_over_limit", "conservation.steps", "conservation.energy"},
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {

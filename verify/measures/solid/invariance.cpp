@@ -188,7 +188,7 @@ engine::Study read_invariance(const io::Table& top) {
   return {.plan = engine::read_plan(top, {.law = law,
                                           .solid = solid,
                                           .method = "forces of one noisy state; leap-frog, free",
-                                          .moves = true}),
+                                          .by = {parts::Kind::LeapFrog}}),
           .measures = {"rotation_error", "permutation_error", "moved_rest_error", "moved_state_error",
                        "moved_state_over_rounding", "scaling_error", "thread_error", "run_length"},
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {

@@ -323,11 +323,12 @@ engine::Study read_oscillation(const io::Table& top) {
            "Use fewer steps or periods, or another unit of time");
   }
   const Named<Integrator>& integrator = row_of(integrators, study.integrator);
-  return {.plan = engine::read_plan(top, {.law = law,
-                                          .solid = solid,
-                                          .method = fmt::format("{}, from rest", integrator.text),
-                                          .moves = true,
-                                          .is_free = true}),
+  return {.plan = engine::read_plan(
+              top, {.law = law,
+                    .solid = solid,
+                    .method = fmt::format("{}, from rest", integrator.text),
+                    .by = {study.integrator == Integrator::LeapFrog ? parts::Kind::LeapFrog
+                                                                    : parts::Kind::Midpoint}}),
           .declares = declared(study),
           .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
             run(study, seen);

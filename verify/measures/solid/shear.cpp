@@ -119,7 +119,7 @@ engine::Study read_shear(const io::Table& top) {
       .plan = engine::read_plan(top, {.law = law,
                                       .solid = scene::SolidSpec{widest, solid.angle_stiffness},
                                       .method = "linear response by sparse Cholesky; both end sections fixed",
-                                      .moves = false}),
+                                      .by = {parts::Kind::Statics}}),
       .measures = {"plane_error", "order_free", "column_error", "lost_width", "shear.width",
                    "shear.free_sides", "shear.plane"},
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {

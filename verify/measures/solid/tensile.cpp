@@ -263,7 +263,7 @@ engine::Study read_tensile(const io::Table& top) {
     thickest.nodes[0] = thickest.nodes[1] =
         static_cast<std::int64_t>(std::accumulate(study.sections.begin(), study.sections.end(), 0.0, worse));
     try {
-      scene::plan({.law = law, .solid = scene::SolidSpec{thickest, 0.0}, .moves = false});
+      scene::plan({.law = law, .solid = scene::SolidSpec{thickest, 0.0}, .by = {parts::Kind::Statics}});
     } catch (const BadParameter& bad) {
       t.fail("sections", bad.problem, bad.why, "Use thinner sections");
     }
@@ -281,7 +281,7 @@ engine::Study read_tensile(const io::Table& top) {
                 .method = fmt::format(
                     "Newton with line search, sparse Cholesky; ends fixed axially, lateral displacements {}",
                     study.lateral_held ? "fixed (exact: C12 = 0)" : "free"),
-                .moves = false}),
+                .by = {parts::Kind::Statics}}),
       .measures = measures,
       .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
         run(study, seen, progress, cost);

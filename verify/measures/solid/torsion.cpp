@@ -226,7 +226,7 @@ engine::Study read_torsion(const io::Table& top) {
                      .solid = scene::SolidSpec{solid::Block{{n, n, study.slenderness * n + 1}, rest_length},
                                                study.material.angle_stiffness},
                      .method = "linear response by sparse Cholesky; half a bar under end couples",
-                     .moves = false});
+                     .by = {parts::Kind::Statics}});
   } catch (const BadParameter& bad) {
     t.fail("sides", bad.problem, bad.why, "Use thinner bars, or a smaller slenderness");
   }
