@@ -19,7 +19,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, drawing, figures, results, stability, studies
+from report import bond, cost, drawing, figures, leave_out, results, stability, studies
 
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
 SMALL_ROWS = 20  # records of at most that many rows are shown as tables
@@ -261,6 +261,14 @@ def page(results_read, unreadable, ledger):
         price=studies.error_against_time(results_read, "price"),
         answers=studies.answers(results_read),
         never_worth=studies.never_worth(results_read),
+        cost_growth=cost.growth(results_read),
+        cost_prices=cost.prices(results_read),
+        cost_outlook=cost.outlook(results_read),
+        cost_picture=cost.picture(results_read, "growth"),
+        left_out=(left_out := leave_out.rows(results_read)),
+        left_out_sentences=leave_out.sentences(left_out),
+        left_out_effect=leave_out.effect,
+        saved=leave_out.saved(results_read, "saved"),
         stable_where=stability.stable_where(results_read, "stable"),
         stiffness=(stiffness := stability.compared(results_read)),
         stiffness_sentences=stability.sentences(stiffness),

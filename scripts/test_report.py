@@ -321,6 +321,47 @@ class Variants(unittest.TestCase):
             self.assertIn("All cases pass", page)
 
 
+class LeftOut(unittest.TestCase):
+    def test_parts_that_change_nothing_and_parts_that_are_needed_are_told_apart(self):
+        table = dict(
+            variant=["as it stands", "with angles", "with populations", "without walls", "in float"],
+            outcome=["completed"] * 5,
+            node_updates=[5.0] * 5,
+            parts_bytes=[1e6, 1.1e6, 2e6, 1e6, 5e5],
+            message=[""] * 5,
+            moved=[0.0, 0.0, 1e-13, 2.0, 1e-6],
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "ablate-me", "measured", records=[("ablate", table)])
+            written = run(folder)
+            self.assertEqual(written.returncode, 0, written.stderr)
+            page = (Path(folder) / "report.html").read_text("utf-8")
+        self.assertIn("1 changed nothing, bit by bit; 1 by rounding; 0 more than that", page)
+        self.assertIn("2 other changes of these scenes were seen, the least of them 1e-06 (ablate-me, in float)", page)
+
+
+class Cost(unittest.TestCase):
+    def test_prices_and_exponents_are_those_of_the_rows(self):
+        nodes = np.array([10.0, 100.0, 1000.0])
+        rows = dict(
+            [("fluid.nodes.2", nodes), ("outcome", ["completed"] * 3), ("node_updates", 7 * 50 * nodes)]
+            + [(name, [0.0] * 3) for name in ("bond_evaluations", "angle_evaluations", "marker_interpolations")]
+            + [("parts_bytes", 7 * 64 * nodes)]
+        )
+        seconds = dict([("fluid.nodes.2", nodes)] + [(n, 7 * 50 * nodes * 2e-9) for n in ("wall_seconds", "min_wall_seconds")])
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "cost-of-nodes", "measured", records=[("sweep", rows), ("sweep_cost", seconds)])
+            with h5py.File(Path(folder) / "cost-of-nodes.h5", "r+") as file:
+                file["case"][()] = "[run]\nsteps = 50\n"
+            seal(Path(folder) / "cost-of-nodes.h5")
+            written = run(folder)
+            self.assertEqual(written.returncode, 0, written.stderr)
+            page = (Path(folder) / "report.html").read_text("utf-8")
+        section = page[page.index("What a scene costs by its size") :]
+        self.assertIn(">2</span> ns", section)
+        self.assertIn(">64</span> B", section)
+
+
 class WhereItIsWritten(unittest.TestCase):
     """What stands at --out is written to, or refused, but never replaced by a file."""
 

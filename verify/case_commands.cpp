@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <omp.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -12,14 +13,18 @@
 #include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
 
 #include "base/say.hpp"
 #include "base/stop.hpp"
 #include "claims_command.hpp"
+#include "engine/rates.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
+#include "io/hdf5.hpp"
 #include "run_cases.hpp"
+#include "threads.hpp"
 
 namespace veriflex {
 
@@ -71,14 +76,38 @@ void plan_command(const Options& options) {
     const Case c = read_case(engine::case_named(name, options.case_folder), options);
     Json built = Json::array();
     Json left_out = Json::array();
+    double memory = 0.0;
     if (!options.json) say("{}: {}\n", c.id, c.title);
     for (const scene::Built& b : c.study.plan.built) {
       built.push_back({{"module", b.module}, {"what", b.what}, {"memory_bytes", b.memory_bytes}});
+      memory += b.memory_bytes;
       if (!options.json) say("  built     {:<12} {} ({:.3g} MB)\n", b.module, b.what, 1e-6 * b.memory_bytes);
     }
     for (const scene::LeftOut& l : c.study.plan.left_out) {
-      left_out.push_back({{"module", l.module}, {"why", l.why}});
+      left_out.push_back({{"module", l.module}, {"why", l.why}, {"put_in", l.put_in}});
       if (!options.json) say("  left out  {:<12} {}\n", l.module, l.why);
+    }
+    Json offered = Json::array();
+    if (c.study.offers) {
+      for (const scene::Offer& offer : c.study.offers()) {
+        offered.push_back({{"what", offer.what}, {"saves", offer.saves}, {"setting", offer.setting}});
+        if (!options.json)
+          say("  offered   {:<12} saves {} (--set '{}')\n", offer.what, offer.saves, offer.setting);
+      }
+      if (!options.json && !offered.empty())
+        say("  what the offers cost in accuracy: veriflex ablate {} --offered\n", name);
+    }
+    Json takes = nullptr;
+    if (c.study.expects && !c.study.of_many_runs) {
+      const int threads = usable_threads(options.threads);
+      omp_set_num_threads(threads);
+      const double seconds =
+          engine::seconds_of(*c.study.expects, engine::rates(threads, engine::cache_folder()));
+      takes = seconds;
+      if (!options.json) {
+        say("  takes     about {:.2g} s and {:.3g} MB, on this machine with {} thread{}\n", seconds,
+            1e-6 * memory, threads, threads == 1 ? "" : "s");
+      }
     }
     Json measures = Json::array();
     for (const observe::Metric& m : engine::measured(c.study)) {
@@ -87,7 +116,12 @@ void plan_command(const Options& options) {
       say("  measures  {}{}\n", m.name,
           m.meaning.empty() ? "" : fmt::format("  [{}] {}", m.dimension, m.meaning));
     }
-    all.push_back({{"id", c.id}, {"built", built}, {"left_out", left_out}, {"measures", measures}});
+    all.push_back({{"id", c.id},
+                   {"built", built},
+                   {"left_out", left_out},
+                   {"offered", offered},
+                   {"seconds", takes},
+                   {"measures", measures}});
   }
   if (options.json) print_json(all);
 }
@@ -152,6 +186,47 @@ int report_command(const std::string& results, const std::string& report) {
   return exit_code::first_of(code, drawn == exit_code::check_failed ? exit_code::output : drawn);
 }
 
+// How long a case took when its result here was made; nothing where there is none.
+std::optional<double> took(const std::string& path, const Options& options) {
+  try {
+    const io::Hdf5File file(fs::path(options.out) / (fs::path(path).stem().string() + ".h5"));
+    if (file.attribute("/", "outcome") != "completed") return std::nullopt;
+    const std::vector<double> phases = file.numbers("/timing/wall_seconds");
+    return std::accumulate(phases.begin(), phases.end(), 0.0);
+  } catch (const std::exception&) {
+    return std::nullopt;
+  }
+}
+
+// Says what a tier will take: what its cases took last time, or as their plans estimate.
+void announce(const std::vector<std::string>& names, const Options& options) {
+  double seconds = 0.0;
+  std::size_t unknown = 0;
+  const int threads = usable_threads(options.threads);
+  for (const std::string& name : names) {
+    std::optional<double> one = took(name, options);
+    if (!one) {
+      try {
+        const Case c = read_without_baseline(name, options);
+        if (c.study.expects && !c.study.of_many_runs) {
+          omp_set_num_threads(threads);
+          one = engine::seconds_of(*c.study.expects, engine::rates(threads, engine::cache_folder()));
+        }
+      } catch (const std::exception&) {  // its own run will say what is wrong with it
+      }
+    }
+    if (one) {
+      seconds += *one;
+    } else {
+      ++unknown;
+    }
+  }
+  const std::string others =
+      unknown == 0 ? "" : fmt::format(", and {} more whose time nothing here tells", unknown);
+  say("tier {}: {} cases take about {:.2g} s{}\n", options.tier, names.size() - unknown, seconds, others);
+  std::fflush(stdout);
+}
+
 int verify_command(const Options& options) {
   std::vector<std::string> names;
   for (const CaseHead& head : chosen(options)) names.push_back(head.path.string());
@@ -159,6 +234,7 @@ int verify_command(const Options& options) {
     throw InputError({options.case_folder}, fmt::format("holds no case of tier '{}'", options.tier),
                      "nothing to verify", "See veriflex list");
   }
+  if (!options.json) announce(names, options);
   const int code = run_cases(names, options, false);
   if (options.json) return code;  // standard output is the JSON document
   if (stop::signal != 0) {
@@ -214,7 +290,7 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   add_case_names(*run, *options);
   add_run_options(*run, *options);
   add_case_folder(*run, *options);
-  run->footer("Example: veriflex run path/to/mine.toml --set bond.depth=2.0 --out results");
+  run->footer("Example: veriflex run path/to/mine.toml --set bond.epsilon=2.0 --out results");
   run->callback([options, &exit_code] { exit_code = run_cases(options->cases, *options, true); });
 
   CLI::App* verify = app.add_subcommand("verify", "run every case of a tier and write the report");

@@ -29,7 +29,8 @@ struct StudyOptions : Options {
   std::string along, criterion, error, work, shard_text;
   int points = 5;
   double accuracy = 0.01;
-  bool logarithmic = false, whole_numbers = false, timed = false, against_finest = false;
+  bool logarithmic = false, whole_numbers = false, timed = false, against_finest = false, left_out = false,
+       offered = false;
 };
 
 [[noreturn]] void refuse(const std::string& given, const std::string& why, const std::string& suggestion) {
@@ -134,7 +135,8 @@ std::string ablate_text(const StudyOptions& o) {
     variants.push_back(fmt::format("{{name = {}, set = {{{} = {}}}}}", io::toml_text("with " + given),
                                    io::toml_text(key), value_text(value)));
   }
-  return fmt::format("variants = [{}], {}", fmt::join(variants, ", "), timing_text(o));
+  return fmt::format("left_out = {}, offered = {}, variants = [{}], {}", o.left_out, o.offered,
+                     fmt::join(variants, ", "), timing_text(o));
 }
 
 void read_shard(StudyOptions& o) {
@@ -258,6 +260,9 @@ void add_study_commands(CLI::App& app, int& exit_code) {
       ->take_all()
       ->expected(1)
       ->allow_extra_args(false);
+  ablate->add_flag("--left-out", o->left_out,
+                   "a row for each part that the plan leaves out and that can be built all the same");
+  ablate->add_flag("--offered", o->offered, "a row for each saving that `veriflex plan` offers");
   ablate->footer("Example: veriflex ablate tensile-fene-lj --without angle --with solid.lateral=free");
   ablate->callback([o, &exit_code] { exit_code = run_study(*o, "ablate", ablate_text(*o)); });
 

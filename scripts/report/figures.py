@@ -89,6 +89,7 @@ KINDS = {
     "outcome_boundary_cost": (),
     "ablate": (),
     "ablate_difference": (studies.ablate_difference,),
+    "ablate_parts": (),
     "ablate_cost": (),
 }
 

@@ -79,6 +79,15 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, int repe
   for (const work::Field& field : work::fields) {
     row.work.*field.count = static_cast<std::uint64_t>(file.integer("/work", field.name));
   }
+  row.parts_bytes = static_cast<double>(file.integer("/parts", "peak_bytes"));
+  const std::vector<std::string> part = file.texts("/parts/part");
+  const std::vector<double> count = file.numbers("/parts/count");
+  const std::vector<double> bytes = file.numbers("/parts/memory_bytes");
+  for (std::size_t i = 0; i < part.size(); ++i) {
+    for (std::size_t k = 0; k < parts::kinds.size(); ++k) {
+      if (parts::kinds[k].id == part[i]) row.parts[k] = {static_cast<std::uint64_t>(count[i]), bytes[i]};
+    }
+  }
   row.peak_memory_bytes = static_cast<double>(file.integer("/provenance", "peak_memory_bytes"));
   return row;
 }

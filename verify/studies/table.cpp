@@ -31,6 +31,10 @@ std::vector<Metric> declared(const std::vector<Row>& rows) {
   return all.metrics;
 }
 
+Column parts_column() {
+  return {"parts_bytes", "", "byte", "memory of all parts of the scene together, at most", {}};
+}
+
 }  // namespace
 
 Record table_of(std::string name, std::string title, std::vector<Column> leading,
@@ -57,6 +61,9 @@ Record table_of(std::string name, std::string title, std::vector<Column> leading
     for (const Row& row : rows) column.values.push_back(static_cast<double>(row.work.*field.count));
     table.columns.push_back(std::move(column));
   }
+  Column bytes = parts_column();
+  for (const Row& row : rows) bytes.values.push_back(row.parts_bytes);
+  table.columns.push_back(std::move(bytes));
   table.columns.push_back(std::move(message));
   return table;
 }
@@ -101,6 +108,7 @@ Questions read_questions(const std::vector<io::Table>& checks, const std::string
     table.columns.push_back({metric.name, "", metric.dimension, metric.meaning, {}});
   for (const work::Field& field : work::fields)
     table.columns.push_back({field.name, "", "1", field.meaning, {}});
+  table.columns.push_back(parts_column());
   Questions questions;
   questions.declares.records.push_back(table);
   for (const io::Table& check : checks) {

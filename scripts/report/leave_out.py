@@ -1,0 +1,123 @@
+"""What scenes do not need: parts put in that change nothing, parts taken out that do, and what it saves to leave them out."""
+
+import numpy as np
+
+from report.drawing import Figure, canvas, inline_svg
+
+ROUNDING = 1e-9  # relative changes below count as rounding
+AS_IT_STANDS = "as it stands"
+
+
+def ablations(results):
+    """Results of ablations that no --set has changed, of which the case as it stands came to its end."""
+    for result in results:
+        record = result.records.get("ablate")
+        if result.variant or record is None or not record.has("variant", "outcome", "moved", "parts_bytes"):
+            continue
+        if len(record) > 1 and record["variant"][0] == AS_IT_STANDS and record["outcome"][0] == "completed":
+            yield result, record
+
+
+def seconds_of(result):
+    """Wall time of each row, None where rows ran side by side."""
+    cost = result.records.get("ablate_cost")
+    return None if cost is None or "one after another" not in cost.title else cost["wall_seconds"]
+
+
+def rows(results):
+    """A row for each variant: result, name, how far it moves the case, bytes and seconds more than the case takes."""
+    found = []
+    for result, record in ablations(results):
+        seconds = seconds_of(result)
+        for row in range(1, len(record)):
+            found.append(
+                {
+                    "result": result,
+                    "variant": str(record["variant"][row]),
+                    "outcome": str(record["outcome"][row]),
+                    "moved": float(record["moved"][row]),
+                    "bytes": float(record["parts_bytes"][row] - record["parts_bytes"][0]),
+                    "seconds": None if seconds is None else float(seconds[row] - seconds[0]),
+                }
+            )
+    return found
+
+
+def put_in(row):
+    return row["variant"].startswith("with ")
+
+
+def effect(row):
+    """What a variant does to its case, in words."""
+    if not np.isfinite(row["moved"]):
+        return "ends otherwise" if row["outcome"] != "completed" else "other numbers"
+    if row["moved"] == 0:
+        return "nothing, bit by bit"
+    return "rounding" if row["moved"] < ROUNDING else "changes it"
+
+
+def sentences(found):
+    """How many parts were put in without effect, and how many changes of what is needed showed."""
+    kept = [row for row in found if put_in(row)]
+    exact = [row for row in kept if row["moved"] == 0]
+    rounded = [row for row in kept if 0 < row["moved"] < ROUNDING]
+    others = [row for row in found if not put_in(row) and np.isfinite(row["moved"])]
+    needed = [row for row in others if row["moved"] >= ROUNDING]
+    scenes = len({row["result"].file for row in found})
+    text = [
+        f"{len(kept)} parts that {scenes} scenes leave out were built all the same: "
+        f"{len(exact)} changed nothing, bit by bit; {len(rounded)} by rounding; {len(kept) - len(exact) - len(rounded)} more than that."
+    ]
+    if needed:
+        least = min(needed, key=lambda row: row["moved"])
+        text.append(
+            f"{len(needed)} other changes of these scenes were seen, the least of them {least['moved']:.2g} "
+            f"({least['result'].id}, {least['variant']})."
+        )
+    return text
+
+
+def largest(results):
+    """The timed ablation of the largest scene."""
+    timed = [(result, record) for result, record in ablations(results) if seconds_of(result) is not None]
+    return max(timed, key=lambda found: found[1]["parts_bytes"][0], default=(None, None))
+
+
+def saved(results, key):
+    """What the largest timed scene saves by what it leaves out: memory and time of each part that was put in."""
+    result, record = largest(results)
+    if result is None:
+        return None
+    chosen = [row for row in range(1, len(record)) if str(record["variant"][row]).startswith("with ")]
+    if not chosen:
+        return None
+    names = [str(record["variant"][row]).removeprefix("with ") for row in chosen]
+    seconds = seconds_of(result)
+    drawing, panels = canvas(1, height=1.5 + 0.3 * len(chosen))
+    drawing.clear()
+    left, right = drawing.subplots(1, 2, sharey=True)
+    places = np.arange(len(chosen))
+    megabytes = np.array([record["parts_bytes"][row] - record["parts_bytes"][0] for row in chosen]) / 1e6
+    percent = np.array([100 * (seconds[row] / seconds[0] - 1) for row in chosen])
+    for panel, values, unit in ((left, megabytes, "MB"), (right, percent, "% of the time")):
+        panel.barh(places, values, color="C0", height=0.6)
+        panel.axvline(0, color="#555555", linewidth=0.8)
+        panel.set_xlabel(f"more {unit}")
+        panel.margins(x=0.3)
+        for place, value in zip(places, values):
+            panel.annotate(
+                f"{value:.3g}".replace("-", "−"),
+                (value, place),
+                xytext=(3 if value >= 0 else -3, 0),
+                textcoords="offset points",
+                ha="left" if value >= 0 else "right",
+                va="center",
+                fontsize=7,
+            )
+    left.set_yticks(places, names)
+    left.invert_yaxis()
+    caption = (
+        f"{result.title}: what each part would cost if it were built. The scene takes {record['parts_bytes'][0] / 1e6:.4g} MB "
+        f"and {seconds[0]:.3g} s; one run each, so that a few percent of the time are noise."
+    )
+    return Figure(caption, inline_svg(drawing, key, caption))
