@@ -5,7 +5,6 @@
 #include <algorithm>
 
 #include "base/error.hpp"
-#include "base/work.hpp"
 
 namespace veriflex::coupling {
 
@@ -169,7 +168,6 @@ void Transfer::interpolate(const Positions& at_nodes, Positions& at_markers) con
   const auto markers = static_cast<std::int64_t>(row_of_.size()) / (width() * width());
   const std::int64_t support = width() * width() * width();
   at_markers.resize(markers, 3);
-  work::add_markers(static_cast<std::uint64_t>(markers));
   for (std::int64_t m = 0; m < markers; ++m) {
     double sum[3] = {0.0, 0.0, 0.0};
     for (std::int64_t n = m * support; n < (m + 1) * support; ++n) {

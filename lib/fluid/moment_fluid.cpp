@@ -11,6 +11,7 @@
 #include "fluid/moment_sweep.hpp"
 #include "fluid/reductions.hpp"
 #include "fluid/sweep.hpp"
+#include "fluid/threads.hpp"
 
 namespace veriflex::fluid {
 
@@ -148,7 +149,7 @@ class MomentFluid final : public Fluid {
 
   void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
     const auto count = static_cast<std::int64_t>(nodes.size());
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (count >= worth_threads)
     for (std::int64_t i = 0; i < count; ++i) {
       h[static_cast<std::size_t>(i)] = arriving(nodes[static_cast<std::size_t>(i)]);
     }
@@ -157,7 +158,7 @@ class MomentFluid final : public Fluid {
   void velocities(std::span<const std::int64_t> nodes, Positions& u) const override {
     const auto count = static_cast<std::int64_t>(nodes.size());
     u.resize(count, 3);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (count >= worth_threads)
     for (std::int64_t i = 0; i < count; ++i) {
       const Moments here = moments(nodes[static_cast<std::size_t>(i)]);
       u.row(i) = here.momentum.transpose() / (1.0 + here.density_deviation);

@@ -9,6 +9,7 @@
 
 #include "fluid/lanes.hpp"
 #include "fluid/subnormals.hpp"
+#include "fluid/threads.hpp"
 #include "fluid/unroll.hpp"
 
 namespace veriflex::fluid {
@@ -311,7 +312,7 @@ struct MomentStep {
   template <class Force>
   static void all(const MomentLattice<Real>& lattice) {
     const std::int64_t tile = tile_rows<Real>(lattice.nx, lattice.ny);
-#pragma omp parallel
+#pragma omp parallel if (lattice.nx * lattice.ny * lattice.nz >= worth_threads)
     {
       const FlushSubnormals flush;
       const std::int64_t thread = omp_get_thread_num(), threads = omp_get_num_threads();

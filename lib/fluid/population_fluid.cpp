@@ -8,6 +8,7 @@
 #include "fluid/links.hpp"
 #include "fluid/reductions.hpp"
 #include "fluid/sweep.hpp"
+#include "fluid/threads.hpp"
 
 namespace veriflex::fluid {
 
@@ -88,7 +89,7 @@ class PopulationFluid final : public Fluid {
 
   void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
     const auto count = static_cast<std::int64_t>(nodes.size());
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (count >= worth_threads)
     for (std::int64_t i = 0; i < count; ++i) {
       const std::int64_t node = nodes[static_cast<std::size_t>(i)];
       h[static_cast<std::size_t>(i)] = inside(node) ? Populations{} : arriving(node);
@@ -98,7 +99,7 @@ class PopulationFluid final : public Fluid {
   void velocities(std::span<const std::int64_t> nodes, Positions& u) const override {
     const auto count = static_cast<std::int64_t>(nodes.size());
     u.resize(count, 3);
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (count >= worth_threads)
     for (std::int64_t i = 0; i < count; ++i) {
       const std::int64_t node = nodes[static_cast<std::size_t>(i)];
       if (inside(node)) {

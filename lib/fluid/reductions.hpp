@@ -6,6 +6,7 @@
 
 #include "base/reduce.hpp"
 #include "fluid/fluid.hpp"
+#include "fluid/threads.hpp"
 
 namespace veriflex::fluid {
 
@@ -20,7 +21,7 @@ struct Moments {
 template <class At, class Inside>
 Totals totals_of(const Grid& grid, std::int64_t steps, const At& at, const Inside& inside) {
   std::vector<Totals> planes(static_cast<std::size_t>(grid.size[2]), Totals{0.0, Vec3::Zero(), Vec3::Zero()});
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (grid.count() >= worth_threads)
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
     Totals& sum = planes[static_cast<std::size_t>(z)];
     for (std::int64_t node = grid.index(0, 0, z); node < grid.index(0, 0, z + 1); ++node) {
@@ -62,7 +63,7 @@ inline void keep_worse(Extremes& worst, const Extremes& other) {
 template <class At, class Inside>
 Extremes extremes_of(const Grid& grid, const At& at, const Inside& inside) {
   std::vector<Extremes> planes(static_cast<std::size_t>(grid.size[2]));
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) if (grid.count() >= worth_threads)
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
     const std::int64_t from = grid.index(0, 0, z);
     Extremes worst{INFINITY, from, 0.0, from};

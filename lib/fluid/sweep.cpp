@@ -6,6 +6,7 @@
 
 #include "fluid/lanes.hpp"
 #include "fluid/subnormals.hpp"
+#include "fluid/threads.hpp"
 #include "fluid/unroll.hpp"
 
 namespace veriflex::fluid {
@@ -152,7 +153,7 @@ struct Step {
   /// Each thread takes planes of its own, and no slot is another's.
   template <class Force>
   static void all(const Lattice<Real>& lattice) {
-#pragma omp parallel
+#pragma omp parallel if (lattice.nx * lattice.ny * lattice.nz >= worth_threads)
     {
       const FlushSubnormals flush;
 #pragma omp for schedule(static)

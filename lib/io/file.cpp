@@ -10,9 +10,9 @@
 #include <array>
 #include <atomic>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <fstream>
-#include <sstream>
 
 #include "base/error.hpp"
 
@@ -44,10 +44,21 @@ std::ifstream opened(const fs::path& path) {
 
 std::string read_file(const fs::path& path) {
   std::ifstream in = opened(path);
-  std::ostringstream bytes;
-  if (in.peek() != std::ifstream::traits_type::eof()) bytes << in.rdbuf();
-  if (in.bad() || bytes.fail()) cannot_read(path);
-  return bytes.str();
+  // In one piece, and a byte more than there should be, to meet the end; a file may also have no size, or
+  // grow.
+  std::error_code unknown;
+  const std::uintmax_t size = fs::file_size(path, unknown);
+  std::size_t more = unknown ? 4096 : static_cast<std::size_t>(size) + 1;
+  std::string bytes;
+  while (in) {
+    const std::size_t at = bytes.size();
+    bytes.resize(at + more);
+    in.read(bytes.data() + at, static_cast<std::streamsize>(more));
+    bytes.resize(at + static_cast<std::size_t>(in.gcount()));
+    more = 65536;
+  }
+  if (in.bad()) cannot_read(path);
+  return bytes;
 }
 
 std::string read_start(const fs::path& path, std::size_t count) {

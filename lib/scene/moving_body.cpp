@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.hpp"
+#include "base/work.hpp"
 #include "scene/markers.hpp"
 
 namespace veriflex::scene {
@@ -66,6 +67,7 @@ void MovingBody::interpolate(const fluid::Fluid& fluid) {
   }
   fluid.velocities(transfer_->nodes(), at_nodes_);
   transfer_->interpolate(at_nodes_, wanted_);
+  work::add_markers(coupled_.size() * static_cast<std::uint64_t>(body_.coupling->forcing_iterations));
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < coupled_.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);

@@ -338,7 +338,7 @@ std::vector<std::string> broken_promises(const Plan& plan,
 
 std::optional<ExpectedWork> expected_work(const Scene& scene, std::int64_t steps) {
   const auto times = static_cast<std::uint64_t>(steps);
-  ExpectedWork work{scene.fluid, {}};
+  ExpectedWork work{scene.fluid, {}, 0.0};
   if (scene.fluid) work.counts.node_updates = times * static_cast<std::uint64_t>(scene.fluid->grid.count());
   for (const Body& body : scene.bodies) {
     if (scene.fluid && body.coupling) {
@@ -347,6 +347,7 @@ std::optional<ExpectedWork> expected_work(const Scene& scene, std::int64_t steps
     }
     if (body.motion) continue;
     if (body.substeps.safety > 0.0) return std::nullopt;
+    if (scene.fluid && body.coupling) work.checked_nodes += static_cast<double>(body.network.node_count());
     const std::uint64_t evaluations = 1 + times * static_cast<std::uint64_t>(body.substeps.count);
     work.counts.bond_evaluations += evaluations * body.network.bonds.size();
     work.counts.angle_evaluations += evaluations * body.network.angles.size();

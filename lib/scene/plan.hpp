@@ -75,7 +75,8 @@ Plan plan_scene(const Scene& scene);
 /// What steps of a scene will do, from which their time can be estimated.
 struct ExpectedWork {
   std::optional<fluid::Spec> fluid;
-  work::Counts counts;  // bytes_moved are not among them
+  work::Counts counts;         // bytes_moved are not among them
+  double checked_nodes = 0.0;  // of bodies whose coupling is looked at before the first step
 };
 
 /// Nothing where the number of sub-steps is only known at run time.

@@ -1,5 +1,7 @@
 #include "scene/prescribed_body.hpp"
 
+#include "base/work.hpp"
+
 namespace veriflex::scene {
 
 PrescribedBody::PrescribedBody(const fluid::Spec& fluid, const Forcing& forcing)
@@ -10,6 +12,7 @@ void PrescribedBody::place(const Positions& X) { transfer_.locate(X); }
 void PrescribedBody::exchange(const fluid::Fluid& fluid, const Vec3& velocity) {
   fluid.velocities(transfer_.nodes(), at_nodes_);
   transfer_.interpolate(at_nodes_, slip_);
+  work::add_markers(static_cast<std::uint64_t>(slip_.rows() * forcing_.forcing_iterations));
   slip_.rowwise() -= velocity.transpose();
   force_ = slip_;
   coupling::add_further_rounds(transfer_, slip_, forcing_.marker_volume, forcing_.forcing_iterations, force_);

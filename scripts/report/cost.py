@@ -32,21 +32,32 @@ def curves(results):
                 yield result, label, size, rows[np.argsort(record[size][rows])]
 
 
+def words(label):
+    """`representation moments, storage double` as `moments double`: the values that are words say what they are of."""
+    parts = [part.split(" ", 1) for part in label.split(", ") if " " in part]
+    return ", ".join(value if not value[0].isdigit() else f"{name} {value}" for name, value in parts)
+
+
 def exponent(x, y):
     """Of y ~ x^p, least squares; not a number where y does not rise."""
     return float(np.polyfit(np.log(x), np.log(y), 1)[0]) if (y > 0).all() else np.nan
 
 
+def of_sizes(results):
+    """Those of which the size is what costs, which a radius is not."""
+    return [curve for curve in curves(results) if not curve[2].endswith("radius")]
+
+
 def growth(results):
     """Rows for the table: how time and memory of each line grow, over which range."""
     found = []
-    for result, label, size, rows in curves(results):
+    for result, label, size, rows in of_sizes(results):
         record, cost = result.records["sweep"], result.records["sweep_cost"]
         x = record[size][rows]
         found.append(
             {
                 "result": result,
-                "label": label,
+                "label": words(label),
                 "size": size.replace("_", " "),
                 "range": (float(x[0]), float(x[-1])),
                 "time": exponent(x, cost["min_wall_seconds"][rows]),
@@ -61,6 +72,7 @@ def prices(results):
     """Rows for the table: what one more of a thing takes, from the two largest sizes of a line."""
     found, of_bonds = [], {}
     for result, label, size, rows in curves(results):
+        label = words(label)
         record, cost = result.records["sweep"], result.records["sweep_cost"]
         small, large = rows[-2:]
         seconds = cost["min_wall_seconds"][large] - cost["min_wall_seconds"][small]
@@ -107,22 +119,22 @@ def outlook(results, nodes=(1e7, 1e8, 1e9)):
 
 def picture(results, key):
     """Time over size times a constant: level where time is proportional to size."""
-    drawn = list(curves(results))
+    drawn = of_sizes(results)
     if not drawn:
         return None
-    drawing, (panel,) = canvas()
+    drawing, (panel,) = canvas(height=3.9)
     handles = []
     for number, ((result, label, size, rows), marker) in enumerate(zip(drawn, markers())):
         record, cost = result.records["sweep"], result.records["sweep_cost"]
         x, y = record[size][rows], cost["min_wall_seconds"][rows]
         panel.plot(x / x[-1], y / x / (y[-1] / x[-1]), marker + "-", color=f"C{number % 10}")
-        name = f"{result.id.removeprefix(PREFIX)}{': ' if label else ''}{label}"
+        name = f"{result.id.removeprefix(PREFIX)} {words(label)}"
         handles.append(Line2D([], [], marker=marker, color=f"C{number % 10}", label=name))
     panel.axhline(1, color="#555555", linewidth=0.8)
     panel.set_xscale("log")
     panel.set_xlabel("size over the largest of the sweep [1]")
-    panel.set_ylabel("time per size, over that of the largest [1]")
+    panel.set_ylabel("time per size [1]")
     panel.set_ylim(bottom=0)
     legend_above(panel, handles)
-    caption = "How the run time grows with the scene: level where it is proportional to its size, below 1 where caches hold it, above where a start costs."
+    caption = "How the run time grows with the scene, all over the largest size: level where it is proportional to its size, below 1 where caches hold it, above where a start costs."
     return Figure(caption, inline_svg(drawing, key, caption))

@@ -83,6 +83,11 @@ def largest(results):
     return max(timed, key=lambda found: found[1]["parts_bytes"][0], default=(None, None))
 
 
+def repeats(result):
+    """What stands for a time, in words."""
+    return ", medians of repeats" if "median" in result.records["ablate_cost"].columns["wall_seconds"].meaning else ""
+
+
 def saved(results, key):
     """What the largest timed scene saves by what it leaves out: memory and time of each part that was put in."""
     result, record = largest(results)
@@ -118,6 +123,6 @@ def saved(results, key):
     left.invert_yaxis()
     caption = (
         f"{result.title}: what each part would cost if it were built. The scene takes {record['parts_bytes'][0] / 1e6:.4g} MB "
-        f"and {seconds[0]:.3g} s; one run each, so that a few percent of the time are noise."
+        f"and {seconds[0]:.3g} s{repeats(result)}; a few percent of the time are noise."
     )
     return Figure(caption, inline_svg(drawing, key, caption))

@@ -211,11 +211,16 @@ const Driver& find_driver(const io::Table& top, const std::vector<Driver>& drive
   return *std::find_if(drivers.begin(), drivers.end(), [&](const Driver& d) { return d.name == name; });
 }
 
-std::vector<Assumption> read_assumed(const io::Table& top) {
+// `whole`: each must stand in the case; a row of a study may have left the value out.
+std::vector<Assumption> read_assumed(const io::Table& top, bool whole) {
   const io::Table table = top.table("assumed");
   std::vector<Assumption> all;
   for (const std::string& path : table.keys()) {
     const std::optional<std::string> value = top.shown(path);
+    if (!value && !whole) {
+      table.text(path);
+      continue;
+    }
     if (!value || path.starts_with("assumed")) {
       table.fail(path, fmt::format("the case has no value '{}'", path),
                  "[assumed] explains values that stand in the case",
@@ -321,7 +326,7 @@ void read_into(Case& c, const io::Table& top, const fs::path& path, const Reader
     c.study = readers.study(top, readers.with_checks ? top.tables("check") : std::vector<io::Table>{}, c,
                             std::move(c.study));
   });
-  if (top.has("assumed")) attempt(top, [&] { c.assumed = read_assumed(top); });
+  if (top.has("assumed")) attempt(top, [&] { c.assumed = read_assumed(top, readers.with_checks); });
   if (!has_study) return;  // what its checks may ask for is not known
   attempt(top, [&] {
     Shelf shelf{reference_folder, {}};

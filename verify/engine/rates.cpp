@@ -10,6 +10,7 @@
 
 #include "engine/result.hpp"
 #include "io/file.hpp"
+#include "scene/coupling_stability.hpp"
 #include "scene/simulation.hpp"
 
 namespace veriflex::engine {
@@ -79,12 +80,16 @@ Rates measured() {
   coupled.bodies[0].coupling.emplace();
   const auto markers = static_cast<double>(expected_work(coupled, 1)->counts.marker_interpolations);
   rates.markers = markers / std::max(seconds_of_a_step(coupled) - of_fluid - of_body, 1e-12);
+  const auto start = std::chrono::steady_clock::now();
+  scene::coupling_growth(*coupled.fluid, coupled.bodies[0]);
+  rates.checked_nodes = static_cast<double>(body.network.node_count()) /
+                        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return rates;
 }
 
 /// One list, so that a file is read as it was written.
 std::vector<double*> values(Rates& rates) {
-  std::vector<double*> all{&rates.bonds, &rates.angles, &rates.markers};
+  std::vector<double*> all{&rates.bonds, &rates.angles, &rates.markers, &rates.checked_nodes};
   for (auto& of_representation : rates.nodes) {
     for (auto& of_storage : of_representation) {
       for (double& rate : of_storage) all.push_back(&rate);
@@ -143,7 +148,8 @@ double seconds_of(const scene::ExpectedWork& work, const Rates& rates) {
   const auto count = [](std::uint64_t n) { return static_cast<double>(n); };
   double seconds = count(work.counts.bond_evaluations) / rates.bonds +
                    count(work.counts.angle_evaluations) / rates.angles +
-                   count(work.counts.marker_interpolations) / rates.markers;
+                   count(work.counts.marker_interpolations) / rates.markers +
+                   work.checked_nodes / rates.checked_nodes;
   if (!work.fluid) return seconds;
   const auto& by_size = rates.nodes[fluid::representation_of(*work.fluid) == fluid::Representation::Moments]
                                    [work.fluid->storage == fluid::Storage::Float];

@@ -16,6 +16,7 @@ struct Rates {
   std::array<std::array<std::array<double, 2>, 2>, 2> nodes{};
   double bonds = 0.0, angles = 0.0;  // gradients
   double markers = 0.0;              // coupled, all that is done for one included
+  double checked_nodes = 0.0;        // of a body whose coupling is looked at before the first step
 };
 
 /// Of this machine, from the file where they are kept; measured where there is none. `cache`: that file's

@@ -132,7 +132,10 @@ Stroke varied(const Stroke& base, const io::Table& variant) {
 
 scene::ExpectedWork expected_work(const Stroke& stroke, int runs) {
   const auto steps = std::llround(stroke.periods * stroke.period());
-  return *scene::expected_work({.fluid = stroke.fluid, .bodies = {body_of(stroke)}}, runs * steps);
+  scene::ExpectedWork work =
+      *scene::expected_work({.fluid = stroke.fluid, .bodies = {body_of(stroke)}}, runs * steps);
+  work.checked_nodes *= runs;
+  return work;
 }
 
 scene::Plan plan_stroke(const io::Table& top, const Stroke& stroke) {
