@@ -3,16 +3,17 @@
 # alone).
 # Everything else is CMake's: cmake --preset release, ctest --preset quick, ...
 
-.PHONY: verify test bench build deps clean
+.PHONY: verify test bench configure deps clean
 
-verify: build
+verify: configure
+	@cmake --build --preset release --target veriflex
 	@scripts/verify build/release $(TIER)
 
-test: build
+test: configure
+	@cmake --build --preset release
 	@ctest --preset test
 
-bench: deps
-	@cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
+bench: configure
 	@mkdir -p build/bench
 	@cmake --build --preset release --target veriflex_solid_bench veriflex_fluid_bench veriflex_filament_bench
 	@build/release/veriflex_fluid_bench --output build/bench/fluid.json $(if $(BOX),--box $(BOX)) $(if $(STORAGE),--storage $(STORAGE))
@@ -21,9 +22,8 @@ ifeq ($(BOX)$(STORAGE),)
 	@build/release/veriflex_solid_bench --benchmark_out=build/bench/solid.json --benchmark_out_format=json
 endif
 
-build: deps
+configure: deps
 	@cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
-	@cmake --build --preset release
 
 deps:
 	@scripts/install-deps

@@ -5,6 +5,7 @@ Verdicts were computed by veriflex; here they are only shown.
 """
 
 import argparse
+import concurrent.futures
 import fcntl
 import json
 import math
@@ -231,6 +232,18 @@ def figures_of(result, name):
         return []
 
 
+def all_figures(results_read):
+    """Figures of every case by its file, drawn by as many processes as there are cores: drawing is most of the time."""
+    workers = min(len(os.sched_getaffinity(0)), len(results_read))
+    names = [f"f{number}" for number in range(len(results_read))]
+    try:
+        with concurrent.futures.ProcessPoolExecutor(workers) as pool:
+            drawn = list(pool.map(figures_of, results_read, names))
+    except (OSError, concurrent.futures.process.BrokenProcessPool):  # no further process is to be had, or one was killed
+        drawn = [figures_of(result, name) for result, name in zip(results_read, names)]
+    return {result.file: figures for result, figures in zip(results_read, drawn)}
+
+
 def page(results_read, unreadable, ledger):
     """The whole HTML page as text; `ledger` may be None."""
     entries = ledger_rows(ledger["claims"], results_read) if ledger else []
@@ -257,7 +270,7 @@ def page(results_read, unreadable, ledger):
         refuted=[entry for entry in entries if entry["standing"].startswith("refuted")],
         laws=bond.laws(results_read),
         law_figures=[drawn for drawn in side_figures if drawn is not None],
-        figures={result.file: figures_of(result, f"f{number}") for number, result in enumerate(results_read)},
+        figures=all_figures(results_read),
         price=studies.error_against_time(results_read, "price"),
         answers=studies.answers(results_read),
         never_worth=studies.never_worth(results_read),

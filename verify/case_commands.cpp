@@ -95,7 +95,10 @@ void plan_command(const Options& options) {
           say("  offered   {:<12} saves {} (--set '{}')\n", offer.what, offer.saves, offer.setting);
       }
       if (!options.json && !offered.empty())
-        say("  what the offers cost in accuracy: veriflex ablate {} --offered\n", name);
+        say("  what the offers cost in accuracy: veriflex ablate {} --offered; which box is enough: veriflex "
+            "sweep {} "
+            "--over 'fluid.nodes.0=...' --error METRIC --against-finest\n",
+            name, name);
     }
     Json takes = nullptr;
     if (c.study.expects && !c.study.of_many_runs) {

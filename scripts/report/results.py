@@ -94,7 +94,7 @@ class Reference:
 
 @dataclass(frozen=True)
 class Result:
-    """One result file. Rows of `assumed`, `built`, `left_out` and `timing` are dicts keyed by the columns of the schema."""
+    """One result file. Rows of `assumed`, `built`, `parts`, `left_out` and `timing` are dicts keyed by the columns of the schema."""
 
     file: Path
     id: str  # of the case, and what was set if it was changed
@@ -117,6 +117,7 @@ class Result:
     overrides: list[str]
     assumed: list[dict]
     built: list[dict]
+    parts: list[dict]
     left_out: list[dict]
     provenance: dict[str, str]
     records: dict[str, Record]
@@ -225,6 +226,7 @@ def read(file, path):
         overrides=list(case.get("overrides", [])),
         assumed=rows(file, "assumed"),
         built=rows(file, "plan/built"),
+        parts=rows(file, "parts"),
         left_out=rows(file, "plan/left_out"),
         provenance={key: str(value) for key, value in attributes(file["provenance"]).items()},
         records={name: record(group, name) for name, group in file.get("records", {}).items()},

@@ -67,10 +67,18 @@ struct Curve {
   std::vector<double> x, y;
 };
 
+// The values of an axis. One that is no number, `nan` among them, makes all of them words.
+const std::vector<double>& numbers_of_axis(const Asked& asked, const Record& table, const std::string& axis) {
+  const std::vector<double>& values = table.find(axis)->values;
+  if (values.empty()) fail(asked, fmt::format("not all values of {} are numbers", axis));
+  return values;
+}
+
 Curve curve_of(const Asked& asked, const Record& table) {
   Curve curve;
+  const std::vector<double>& axis = numbers_of_axis(asked, table, asked.along);
   for (const std::size_t row : matching(asked, table, asked.where)) {
-    const double x = table.find(asked.along)->values[row];
+    const double x = axis[row];
     if (std::find(curve.x.begin(), curve.x.end(), x) != curve.x.end()) {
       fail(asked, fmt::format("several rows at {} = {}: pin the other axes with 'where'", asked.along, x));
     }
@@ -158,7 +166,7 @@ Record numbers_across(const Asked& asked, const Record& table) {
                fmt::format("{} over {}", asked.name(), asked.across),
                {{engine::last_part(asked.across), "", axis.dimension, axis.meaning, {}},
                 {asked.metric, "", metric == nullptr ? "1" : metric->dimension, asked.name(), {}}}};
-  for (const double x : axis.values) {
+  for (const double x : numbers_of_axis(asked, table, asked.across)) {
     std::vector<double>& done = curve.columns[0].values;
     if (std::find(done.begin(), done.end(), x) != done.end()) continue;
     Asked here = asked;

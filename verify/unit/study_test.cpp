@@ -144,6 +144,22 @@ TEST_CASE("What a table does not give is said, never guessed") {
   CHECK(std::isnan(number(asked("metric = \"error\"\nof = \"max\""), table).value));
 }
 
+TEST_CASE("An axis of which a value is no number gives no order and no curve, and says so") {
+  observe::Record table = table_of_errors();
+  table.columns[1].values.clear();
+  table.columns[1].texts = {"nan", "16", "32", "nan", "16", "32"};
+  const std::string pinned = "metric = \"error\"\nalong = \"a.n\"\nwhere = { \"a.factor\" = 1 }\n";
+  for (const char* of : {"order", "richardson", "gci", "exponent"}) {
+    INFO(of);
+    CHECK_THROWS_WITH(number(asked(pinned + "of = \"" + of + "\""), table),
+                      ContainsSubstring("not all values of a.n are numbers"));
+  }
+  CHECK_THROWS_WITH(
+      numbers_across(asked("curve = { record = \"sweep\", x = \"a.n\", y = \"value\" }\nof = \"mean\""),
+                     table),
+      ContainsSubstring("not all values of a.n are numbers"));
+}
+
 TEST_CASE("A check that asks a study for what it cannot have is refused at its place") {
   const Folder folder;
   folder.write("bar.toml",
@@ -348,6 +364,47 @@ TEST_CASE("An ablation shows what a part does") {
   CHECK(angles[0] > 0.0);
   CHECK(angles[1] == 0.0);
   CHECK(bonds[1] == bonds[0]);
+  const std::vector<double> built = file.numbers("/records/ablate/built_angles");
+  CHECK(built[0] > 0.0);
+  CHECK(built[1] == 0.0);
+  const std::vector<double> moved = file.numbers("/records/ablate/moved");
+  CHECK(moved[0] == 0.0);
+  CHECK(moved[1] > 0.0);
+}
+
+TEST_CASE("What the plan of a scene leaves out can be put in, a row each, and changes nothing") {
+  const Folder folder;
+  folder.write("falls.toml", R"(schema = 2
+id = "falls"
+title = "t"
+question = "q"
+equation = "e"
+sources = []
+tier = "quick"
+topics = ["scene"]
+driver = "scene"
+[[body]]
+name = "chain"
+shape = { chain = { nodes = 4 } }
+bond = { law = "harmonic", bond_stiffness = 0.26, rest_length = 1.0 }
+start = { noise = 1e-3 }
+[[observe]]
+what = "energies"
+every = 10
+[run]
+steps = 50
+)");
+  const Ran ran_it = ran(folder, "ablate falls.toml --left-out --json --out out");
+  REQUIRE(ran_it.code == 0);
+  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  CHECK(file.texts("/records/ablate/variant") ==
+        std::vector<std::string>{"as it stands", "with angles", "with constraints", "with loads"});
+  CHECK(file.numbers("/records/ablate/moved") == std::vector<double>(4, 0.0));
+  for (const char* part : {"angles", "constraints", "loads"}) {
+    INFO(part);
+    const std::vector<double> built = file.numbers(std::string("/records/ablate/built_") + part);
+    CHECK(std::count(built.begin(), built.end(), 0.0) == 3);
+  }
 }
 
 TEST_CASE("A study of which no run can be read is bad input, with the reason of the first") {

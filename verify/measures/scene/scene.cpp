@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <memory>
 
 #include "base/error.hpp"
 #include "engine/check_coupling.hpp"
@@ -230,14 +231,16 @@ engine::Study read_scene(const io::Table& top) {
     const std::vector<std::string> more = measures_of(observation, study.scene);
     measures.insert(measures.end(), more.begin(), more.end());
   }
+  // One copy for all that is done with it: bodies may be large.
+  const auto shared = std::make_shared<const SceneStudy>(std::move(study));
   return {.plan = std::move(plan),
           .measures = measures,
-          .run = [study](observe::Observations& seen, Progress& progress,
-                         engine::Cost& cost) { run(study, seen, progress, cost); },
-          .expects = scene::expected_work(study.scene, study.steps),
+          .run = [shared](observe::Observations& seen, Progress& progress,
+                          engine::Cost& cost) { run(*shared, seen, progress, cost); },
+          .expects = scene::expected_work(shared->scene, shared->steps),
           .offers =
-              [study] {
-                return scene::offers(study.scene,
+              [shared] {
+                return scene::offers(shared->scene,
                                      [](std::size_t i) { return fmt::format("body.{}.substeps", i); });
               }};
 }
