@@ -154,9 +154,6 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
   const auto volume = static_cast<double>(spec.grid.count());
   const double whole = spec.body_force[0] * volume;
   constexpr int max_rounds = 30;
-  std::vector<std::int64_t> everywhere(static_cast<std::size_t>(spec.grid.count()));
-  for (std::size_t i = 0; i < everywhere.size(); ++i) everywhere[i] = static_cast<std::int64_t>(i);
-  std::vector<fluid::Populations> state(everywhere.size());
   double imbalance = INFINITY;
   int rounds = 0;
   for (;;) {
@@ -176,9 +173,9 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
                       "fluid; steady means 1 within {}",
                       rounds, settling, 1.0 + imbalance, study.steady_change));
     }
-    fluid->populations(everywhere, state);
+    const fluid::State state = fluid->state();
     fluid->start([&](std::int64_t node) {
-      fluid::Populations h = state[static_cast<std::size_t>(node)];
+      fluid::Populations h = state.populations[static_cast<std::size_t>(node)];
       for (double& f : h) f /= 1.0 + imbalance;
       return h;
     });
