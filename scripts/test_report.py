@@ -330,6 +330,7 @@ class LeftOut(unittest.TestCase):
             parts_bytes=[1e6, 1.1e6, 2e6, 1e6, 5e5],
             message=[""] * 5,
             moved=[0.0, 0.0, 1e-13, 2.0, 1e-6],
+            origin=["case", "kept", "kept", "given", "given"],
         )
         with tempfile.TemporaryDirectory() as folder:
             write_result(Path(folder), "ablate-me", "measured", records=[("ablate", table)])

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <omp.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/wait.h>
@@ -70,7 +69,15 @@ void list_command(const Options& options) {
   }
 }
 
+// What one run of a case will take, where its work is known before.
+std::optional<double> estimated_seconds(const Case& c, int threads) {
+  if (!c.study.expects || c.study.of_many_runs) return std::nullopt;
+  const std::optional<scene::ExpectedWork> work = c.study.expects();
+  return work ? std::optional(engine::seconds_of(*work, engine::rates(threads))) : std::nullopt;
+}
+
 void plan_command(const Options& options) {
+  const int threads = usable_threads(options.threads);
   Json all = Json::array();
   for (const std::string& name : options.cases) {
     const Case c = read_case(engine::case_named(name, options.case_folder), options);
@@ -101,14 +108,10 @@ void plan_command(const Options& options) {
             name, name);
     }
     Json takes = nullptr;
-    if (c.study.expects && !c.study.of_many_runs) {
-      const int threads = usable_threads(options.threads);
-      omp_set_num_threads(threads);
-      const double seconds =
-          engine::seconds_of(*c.study.expects, engine::rates(threads, engine::cache_folder()));
-      takes = seconds;
+    if (const std::optional<double> seconds = estimated_seconds(c, threads)) {
+      takes = *seconds;
       if (!options.json) {
-        say("  takes     about {:.2g} s and {:.3g} MB, on this machine with {} thread{}\n", seconds,
+        say("  takes     about {:.2g} s and {:.3g} MB, on this machine with {} thread{}\n", *seconds,
             1e-6 * memory, threads, threads == 1 ? "" : "s");
       }
     }
@@ -210,11 +213,7 @@ void announce(const std::vector<std::string>& names, const Options& options) {
     std::optional<double> one = took(name, options);
     if (!one) {
       try {
-        const Case c = read_without_baseline(name, options);
-        if (c.study.expects && !c.study.of_many_runs) {
-          omp_set_num_threads(threads);
-          one = engine::seconds_of(*c.study.expects, engine::rates(threads, engine::cache_folder()));
-        }
+        one = estimated_seconds(read_without_baseline(name, options), threads);
       } catch (const std::exception&) {  // its own run will say what is wrong with it
       }
     }

@@ -18,7 +18,7 @@ struct Shared {
 
 struct Registry {
   std::mutex guard;
-  std::array<Made, kinds.size()> made;
+  AllMade made;
   std::array<double, kinds.size()> bytes{};  // of those that exist
   std::array<std::uint64_t, kinds.size()> existing{};
   std::map<std::pair<Kind, const void*>, Shared> shared;
@@ -97,7 +97,7 @@ void Built::takes(double bytes) {
   bytes_ = bytes;
 }
 
-std::array<Made, kinds.size()> made() {
+AllMade made() {
   Registry& all = registry();
   const std::lock_guard lock(all.guard);
   return all.made;

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <type_traits>
 
 #include "base/named.hpp"
 
@@ -55,6 +56,21 @@ inline constexpr std::array kinds{
                 "of several bodies at the nodes that they share"},
 };
 
+/// Memory of arrays: Eigen's as they are, vectors with the room that they have  [bytes].
+template <class... Arrays>
+double array_bytes(const Arrays&... arrays) {
+  const auto one = []<class Array>(const Array& array) {
+    if constexpr (requires { typename Array::Scalar; }) {
+      return static_cast<double>(array.size()) * sizeof(typename Array::Scalar);
+    } else if constexpr (std::is_same_v<typename Array::value_type, bool>) {
+      return static_cast<double>(array.capacity() / 8);
+    } else {
+      return static_cast<double>(array.capacity() * sizeof(typename Array::value_type));
+    }
+  };
+  return (one(arrays) + ...);
+}
+
 /// Held by a part of a scene. A copy is another part; a part that was moved from is none.
 class Built {
  public:
@@ -81,7 +97,8 @@ struct Made {
   std::uint64_t count = 0;  // that were built
   double bytes = 0.0;       // most that those existing together took
 };
-std::array<Made, kinds.size()> made();
+using AllMade = std::array<Made, kinds.size()>;  // in the order of Kind
+AllMade made();
 
 /// The most that all parts took together, and what the allocators had given out then, beyond what they had at
 /// restart()  [bytes].

@@ -29,9 +29,7 @@ void SummedForces::sum() {
     }
   }
   force_.conservativeResize(row + 1, 3);
-  part_.takes(
-      static_cast<double>(shares_.capacity() * sizeof(Share) + nodes_.capacity() * sizeof(std::int64_t)) +
-      static_cast<double>(force_.size()) * sizeof(double));
+  part_.takes(parts::array_bytes(shares_, nodes_, force_));
 }
 
 }  // namespace veriflex::coupling

@@ -42,11 +42,7 @@ void Transfer::locate(const Positions& X) {
 }
 
 double Transfer::bytes() const {
-  return static_cast<double>(
-      solid_.capacity() / 8 + nodes_.capacity() * sizeof(std::int64_t) + weight_.capacity() * sizeof(double) +
-      rows_.capacity() * sizeof(Row) +
-      (place_.capacity() + row_at_.capacity() + row_of_.capacity() + place_of_slot_.capacity()) *
-          sizeof(std::int32_t));
+  return parts::array_bytes(solid_, nodes_, weight_, rows_, place_, row_at_, row_of_, place_of_slot_);
 }
 
 template <DeltaKernel K>

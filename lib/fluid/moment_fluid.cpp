@@ -86,10 +86,9 @@ class MomentFluid final : public Fluid {
     leave_node(lattice_, {}, leaving_obstacle_);
     provide_scratch();
     stop_if_asked("fluid step", 0);
-    tell_parts(
-        {.nodes = moment_bytes(spec_),
-         .walls = static_cast<double>(gains_.capacity() * sizeof(Gain)),
-         .obstacle = static_cast<double>(is_obstacle_.capacity() / 8 + shores_.capacity() * sizeof(Shore))});
+    tell_parts({.nodes = moment_bytes(spec_),
+                .walls = parts::array_bytes(gains_),
+                .obstacle = parts::array_bytes(is_obstacle_, shores_)});
   }
 
   void start(const std::function<Populations(std::int64_t)>& at) override {

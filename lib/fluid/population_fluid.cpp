@@ -52,11 +52,10 @@ class PopulationFluid final : public Fluid {
       links_.push_back({slot(opposite(link.q), link.node) - base(), slot(link.q, link.beyond) - base()});
     }
     start([](std::int64_t) { return Populations{}; });
-    tell_parts({.nodes = population_bytes(spec_) - static_cast<double>(end_bytes(spec_)),
-                .walls = static_cast<double>(end_bytes(spec_)) +
-                         static_cast<double>(gains_.capacity() * sizeof(Gain)),
-                .obstacle =
-                    static_cast<double>(is_obstacle_.capacity() / 8 + links_.capacity() * sizeof(SlotPair))});
+    const auto ends = static_cast<double>(end_bytes(spec_));
+    tell_parts({.nodes = population_bytes(spec_) - ends,
+                .walls = ends + parts::array_bytes(gains_),
+                .obstacle = parts::array_bytes(is_obstacle_, links_)});
   }
 
   void start(const std::function<Populations(std::int64_t)>& at) override {

@@ -91,9 +91,7 @@ void MovingBody::move() {
 
 void MovingBody::spread() {
   transfer().spread(-exchanged_, spread_);
-  exchange_->takes(static_cast<double>(markers_.size() + at_nodes_.size() + wanted_.size() + slip_.size() +
-                                       exchanged_.size() + spread_.size()) *
-                   sizeof(double));
+  exchange_->takes(parts::array_bytes(markers_, at_nodes_, wanted_, slip_, exchanged_, spread_));
 }
 
 Positions MovingBody::displacement() const {

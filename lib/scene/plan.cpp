@@ -209,9 +209,8 @@ Exchange exchange_of(const Body& body, const fluid::Spec& fluid) {
   coupling::Transfer transfer(fluid.grid, closed(fluid), body.coupling->delta, fluid.obstacle);
   try {
     transfer.locate(markers);
-  } catch (
-      const NumericalFailure&) {  // a body without room is refused by whoever knows its place in the case
-    return {0.0, 0.0};
+  } catch (const NumericalFailure&) {
+    return {0.0, 0.0};  // a body without room is refused by whoever knows its place in the case
   }
   const double per_node = body.motion ? 3.0 : 2.0, per_marker = 4.0;
   const auto nodes = static_cast<double>(transfer.nodes().size());
@@ -315,8 +314,7 @@ void put_in(Plan& plan, Built built) {
   plan.built.push_back(std::move(built));
 }
 
-std::vector<std::string> broken_promises(const Plan& plan,
-                                         const std::array<parts::Made, parts::kinds.size()>& made) {
+std::vector<std::string> broken_promises(const Plan& plan, const parts::AllMade& made) {
   const auto count = [&](Kind kind) { return made[static_cast<std::size_t>(kind)].count; };
   const auto name = [](Kind kind) { return row_of(parts::kinds, kind).name; };
   std::vector<Kind> planned;

@@ -2,7 +2,6 @@
 /// run can be held against it: what was built is told by the parts themselves (base/parts).
 #pragma once
 
-#include <array>
 #include <optional>
 #include <string>
 #include <variant>
@@ -62,8 +61,7 @@ void put_in(Plan& plan, Built built);
 
 /// What a run has built against its plan, in words: a part that was planned and is not there, one that was to
 /// be left out and is. Empty when they agree.
-std::vector<std::string> broken_promises(const Plan& plan,
-                                         const std::array<parts::Made, parts::kinds.size()>& made);
+std::vector<std::string> broken_promises(const Plan& plan, const parts::AllMade& made);
 
 /// Throws BadParameter ("solid.nodes", "fluid.nodes") when a module would not fit into the memory that is
 /// available now.

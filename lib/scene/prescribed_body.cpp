@@ -17,8 +17,7 @@ void PrescribedBody::exchange(const fluid::Fluid& fluid, const Vec3& velocity) {
   force_ = slip_;
   coupling::add_further_rounds(transfer_, slip_, forcing_.marker_volume, forcing_.forcing_iterations, force_);
   force_ *= forcing_.marker_volume;
-  exchange_.takes(static_cast<double>(at_nodes_.size() + slip_.size() + force_.size() + spread_.size()) *
-                  sizeof(double));
+  exchange_.takes(parts::array_bytes(at_nodes_, slip_, force_, spread_));
 }
 
 void PrescribedBody::advance(fluid::Fluid& fluid, const Vec3& velocity) {

@@ -46,8 +46,7 @@ Simulation::Simulation(Scene scene) {
 UniformForce::UniformForce(const fluid::Spec& fluid, std::function<Vec3(std::int64_t step)> force)
     : force_(std::move(force)), nodes_(fluid::outside_of_obstacle(fluid)) {
   on_nodes_.resize(static_cast<Eigen::Index>(nodes_.size()), 3);
-  part_ = {parts::Kind::UniformForce, static_cast<double>(nodes_.capacity() * sizeof(std::int64_t)) +
-                                          static_cast<double>(on_nodes_.size()) * sizeof(double)};
+  part_ = {parts::Kind::UniformForce, parts::array_bytes(nodes_, on_nodes_)};
 }
 
 fluid::NodeForces UniformForce::at(std::int64_t step) {

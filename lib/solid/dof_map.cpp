@@ -70,10 +70,7 @@ Sparse DofMap::restrict(const std::vector<Eigen::Triplet<double>>& entries) cons
   Sparse h(count, count);
   h.setFromTriplets(kept.begin(), kept.end());
   // This is when a static solution takes the most memory.
-  const parts::Built assembly(
-      parts::Kind::Hessian,
-      static_cast<double>((entries.capacity() + kept.capacity()) * sizeof(Eigen::Triplet<double>)) +
-          bytes_of(h));
+  const parts::Built assembly(parts::Kind::Hessian, parts::array_bytes(entries, kept) + bytes_of(h));
   return h;
 }
 

@@ -48,8 +48,6 @@ struct Workspace {
   Positions d;       // deformed vector of each bond  [L]
   Positions g;       // gradient of the energy by it  [M L T^-2]
   AngleStars stars;  // the network's angles, arranged at the first evaluation that needs them
-
-  double bytes() const { return static_cast<double>(d.size() + g.size()) * sizeof(double); }  // without stars
 };
 
 /// Deformed bond vectors into work.d; returns whether every bond is inside the law's domain (false for NaN).

@@ -19,9 +19,7 @@ ImplicitMidpoint::ImplicitMidpoint(const Material& material, const Network& netw
       load_(load.size() > 0 ? load : Positions::Zero(u.rows(), 3)),
       u_(u),
       v_(fixed_.select(0.0, v)),
-      part_(parts::Kind::Midpoint,
-            static_cast<double>(u_.size() + v_.size() + load_.size()) * sizeof(double) +
-                static_cast<double>(fixed_.size())) {}
+      part_(parts::Kind::Midpoint, parts::array_bytes(u_, v_, load_, fixed_)) {}
 
 void ImplicitMidpoint::step() {
   stop_if_asked("step", steps_ + 1);

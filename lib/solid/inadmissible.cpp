@@ -42,7 +42,7 @@ std::string what_is_inadmissible(const Material& material, const Network& networ
     }
   }
   for (const Angle& t : network.angles) {
-    if (material.angle_stiffness == 0.0) break;
+    if (!material.has_angles()) break;
     const Vec3 a = t.sign_a * deformed(network, u, t.bond_a);
     const Vec3 b = t.sign_b * deformed(network, u, t.bond_b);
     if (!is_defined(a, b, t.straight)) return describe(network, t, a, b);

@@ -48,19 +48,13 @@ Leapfrog::Leapfrog(const Material& material, const Network& network, Conditions 
 }
 
 void Leapfrog::tell_parts() {
-  using parts::Kind;
+  using parts::array_bytes, parts::Kind;
   network_parts_ = parts_of(network_);
-  const auto arrays = static_cast<double>(u_.size() + v_.size() + gradient_.size() + next_.size());
-  parts_.emplace_back(Kind::LeapFrog, arrays * sizeof(double) + work_.bytes());
+  parts_.emplace_back(Kind::LeapFrog, array_bytes(u_, v_, gradient_, next_, work_.d, work_.g));
   if (material_.has_angles()) parts_.emplace_back(Kind::Angles, work_.stars.bytes());
-  if (conditions_.fixed.size() > 0)
-    parts_.emplace_back(Kind::Constraints, static_cast<double>(conditions_.fixed.size()));
-  if (conditions_.load.size() > 0)
-    parts_.emplace_back(Kind::Loads, static_cast<double>(conditions_.load.size()) * sizeof(double));
-  if (conditions_.drive) {
-    parts_.emplace_back(Kind::Drive,
-                        static_cast<double>(conditions_.drive->nodes.capacity() * sizeof(std::int32_t)));
-  }
+  if (conditions_.fixed.size() > 0) parts_.emplace_back(Kind::Constraints, array_bytes(conditions_.fixed));
+  if (conditions_.load.size() > 0) parts_.emplace_back(Kind::Loads, array_bytes(conditions_.load));
+  if (conditions_.drive) parts_.emplace_back(Kind::Drive, array_bytes(conditions_.drive->nodes));
 }
 
 // As many sub-steps as asked for, or as the present network needs.

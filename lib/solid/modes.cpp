@@ -37,7 +37,7 @@ double frequency(double eigenvalue, double node_mass) {
 
 /// Assembly holds every entry twice, once per contribution and once kept.
 void refuse_beyond_memory(const Material& material, const Network& network) {
-  const double angles = material.angle_stiffness == 0.0 ? 0.0 : static_cast<double>(network.angles.size());
+  const double angles = material.has_angles() ? static_cast<double>(network.angles.size()) : 0.0;
   const double entries = 36.0 * static_cast<double>(network.bonds.size()) + 144.0 * angles;
   const double bytes = 2.0 * entries * sizeof(Eigen::Triplet<double>);
   const double available = available_memory_bytes();

@@ -159,14 +159,10 @@ Network plate_lattice(const Plate& plate) {
 }
 
 double bond_bytes(const Network& network) {
-  return static_cast<double>(network.rest.size() + network.vectors.size()) * sizeof(double) +
-         static_cast<double>(network.bonds.capacity() * sizeof(Bond) +
-                             network.ids.capacity() * sizeof(std::int64_t));
+  return parts::array_bytes(network.rest, network.vectors, network.bonds, network.ids);
 }
 
-double angle_bytes(const Network& network) {
-  return static_cast<double>(network.angles.capacity() * sizeof(Angle));
-}
+double angle_bytes(const Network& network) { return parts::array_bytes(network.angles); }
 
 NetworkParts parts_of(const Network& network) {
   NetworkParts held{{parts::Kind::Bonds, bond_bytes(network), &network}, {}};

@@ -114,9 +114,9 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
       factorize_stable(factor, h, iteration);
     }
     if (!part) {
-      const auto arrays = static_cast<double>(now.u.size() + now.gradient.size() + now.g.size());
-      part.emplace(parts::Kind::Statics, arrays * sizeof(double) + now.work.bytes() + now.work.stars.bytes() +
-                                             bytes_of(h) + bytes_of(factor));
+      part.emplace(parts::Kind::Statics,
+                   parts::array_bytes(now.u, now.gradient, now.g, now.work.d, now.work.g) +
+                       now.work.stars.bytes() + bytes_of(h) + bytes_of(factor));
     }
     // Bond vectors are rounded to epsilon times themselves and the displacements: forces cannot be balanced
     // better.

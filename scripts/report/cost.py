@@ -26,16 +26,11 @@ def curves(results):
         axes, _, completed = studies.parts(record)
         numbers = [name for name in axes if studies.is_number(record, name)]
         size = numbers[-1]
-        for label, rows in studies.lines(record, axes, size):
+        others = [name for name in axes if name != size]
+        for _, rows in studies.lines(record, axes, size):
             rows = rows[completed[rows]]
             if len(rows) > 1:
-                yield result, label, size, rows[np.argsort(record[size][rows])]
-
-
-def words(label):
-    """`representation moments, storage double` as `moments double`: the values that are words say what they are of."""
-    parts = [part.split(" ", 1) for part in label.split(", ") if " " in part]
-    return ", ".join(value if not value[0].isdigit() else f"{name} {value}" for name, value in parts)
+                yield result, studies.setting(record, rows[0], others), size, rows[np.argsort(record[size][rows])]
 
 
 def exponent(x, y):
@@ -57,7 +52,7 @@ def growth(results):
         found.append(
             {
                 "result": result,
-                "label": words(label),
+                "label": label,
                 "size": size.replace("_", " "),
                 "range": (float(x[0]), float(x[-1])),
                 "time": exponent(x, cost["min_wall_seconds"][rows]),
@@ -68,35 +63,35 @@ def growth(results):
     return found
 
 
-def prices(results):
-    """Rows for the table: what one more of a thing takes, from the two largest sizes of a line."""
-    found, of_bonds = [], {}
+def increments(results):
+    """Between the two largest sizes of each line: result, label, and by how much seconds, work and bytes rise."""
     for result, label, size, rows in curves(results):
-        label = words(label)
         record, cost = result.records["sweep"], result.records["sweep_cost"]
         small, large = rows[-2:]
-        seconds = cost["min_wall_seconds"][large] - cost["min_wall_seconds"][small]
-        more = {name: record[name][large] - record[name][small] for name in UNITS}
-        bytes_more = record["parts_bytes"][large] - record["parts_bytes"][small]
-        grows = [name for name in UNITS if more[name] > 0]
-        if not grows or "steps" in size:
+        rise = {name: record[name][large] - record[name][small] for name in (*UNITS, "parts_bytes")}
+        if not size.endswith("steps"):
+            yield result, label, rise | {"seconds": cost["min_wall_seconds"][large] - cost["min_wall_seconds"][small]}
+
+
+def prices(results):
+    """Rows for the table: what one more of a thing takes. An angle takes what is left when the bonds have taken theirs."""
+    found, of_a_bond = [], {}
+    # Lines along which one kind of work rises before those of several.
+    for result, label, rise in sorted(increments(results), key=lambda found: sum(found[2][name] > 0 for name in UNITS)):
+        grows = [name for name in UNITS if rise[name] > 0]
+        if not grows:
             continue
-        if len(grows) == 1:
-            unit = grows[0]
-            if unit == "bond_evaluations":
-                of_bonds[result.id] = seconds / more[unit]
-            found.append({"result": result, "label": label, "unit": UNITS[unit], "seconds": seconds / more[unit], "bytes": None})
-            if unit == "node_updates":
-                steps = tomllib.loads(result.case_text)["run"]["steps"]
-                found[-1]["bytes"] = bytes_more / (more[unit] / steps)
-        else:
-            found.append({"result": result, "label": label, "unit": "angle", "seconds": (seconds, more), "bytes": None})
-    for row in found:  # what an angle takes is what is left when the bonds have taken theirs
-        if isinstance(row["seconds"], tuple):
-            seconds, more = row["seconds"]
-            bond = of_bonds.get(row["result"].id, np.nan)
-            row["seconds"] = (seconds - bond * more["bond_evaluations"]) / more["angle_evaluations"]
-    return found
+        unit, seconds, memory = grows[-1], rise["seconds"], None
+        if len(grows) > 1:
+            seconds -= of_a_bond.get(result.id, np.nan) * rise["bond_evaluations"]
+        each = seconds / rise[unit]
+        if unit == "bond_evaluations":
+            of_a_bond[result.id] = each
+        if unit == "node_updates":
+            steps = tomllib.loads(result.case_text)["run"]["steps"]
+            memory = rise["parts_bytes"] / (rise[unit] / steps)
+        found.append({"result": result, "label": label, "unit": UNITS[unit], "seconds": each, "bytes": memory})
+    return sorted(found, key=lambda row: row["result"].id)
 
 
 def outlook(results, nodes=(1e7, 1e8, 1e9)):
@@ -128,7 +123,7 @@ def picture(results, key):
         record, cost = result.records["sweep"], result.records["sweep_cost"]
         x, y = record[size][rows], cost["min_wall_seconds"][rows]
         panel.plot(x / x[-1], y / x / (y[-1] / x[-1]), marker + "-", color=f"C{number % 10}")
-        name = f"{result.id.removeprefix(PREFIX)} {words(label)}"
+        name = f"{result.id.removeprefix(PREFIX)} {label}"
         handles.append(Line2D([], [], marker=marker, color=f"C{number % 10}", label=name))
     panel.axhline(1, color="#555555", linewidth=0.8)
     panel.set_xscale("log")

@@ -1,8 +1,9 @@
 """What scenes do not need: parts put in that change nothing, parts taken out that do, and what it saves to leave them out."""
 
 import numpy as np
+from matplotlib import figure
 
-from report.drawing import Figure, canvas, inline_svg
+from report.drawing import Figure, WIDTH, inline_svg
 
 ROUNDING = 1e-9  # relative changes below count as rounding
 AS_IT_STANDS = "as it stands"
@@ -12,7 +13,7 @@ def ablations(results):
     """Results of ablations that no --set has changed, of which the case as it stands came to its end."""
     for result in results:
         record = result.records.get("ablate")
-        if result.variant or record is None or not record.has("variant", "outcome", "moved", "parts_bytes"):
+        if result.variant or record is None or not record.has("variant", "outcome", "moved", "parts_bytes", "origin"):
             continue
         if len(record) > 1 and record["variant"][0] == AS_IT_STANDS and record["outcome"][0] == "completed":
             yield result, record
@@ -34,6 +35,7 @@ def rows(results):
                 {
                     "result": result,
                     "variant": str(record["variant"][row]),
+                    "origin": str(record["origin"][row]),
                     "outcome": str(record["outcome"][row]),
                     "moved": float(record["moved"][row]),
                     "bytes": float(record["parts_bytes"][row] - record["parts_bytes"][0]),
@@ -41,10 +43,6 @@ def rows(results):
                 }
             )
     return found
-
-
-def put_in(row):
-    return row["variant"].startswith("with ")
 
 
 def effect(row):
@@ -58,10 +56,10 @@ def effect(row):
 
 def sentences(found):
     """How many parts were put in without effect, and how many changes of what is needed showed."""
-    kept = [row for row in found if put_in(row)]
+    kept = [row for row in found if row["origin"] == "kept"]
     exact = [row for row in kept if row["moved"] == 0]
     rounded = [row for row in kept if 0 < row["moved"] < ROUNDING]
-    others = [row for row in found if not put_in(row) and np.isfinite(row["moved"])]
+    others = [row for row in found if row["origin"] != "kept" and np.isfinite(row["moved"])]
     needed = [row for row in others if row["moved"] >= ROUNDING]
     scenes = len({row["result"].file for row in found})
     text = [
@@ -93,13 +91,12 @@ def saved(results, key):
     result, record = largest(results)
     if result is None:
         return None
-    chosen = [row for row in range(1, len(record)) if str(record["variant"][row]).startswith("with ")]
+    chosen = [row for row in range(1, len(record)) if record["origin"][row] == "kept"]
     if not chosen:
         return None
     names = [str(record["variant"][row]).removeprefix("with ") for row in chosen]
     seconds = seconds_of(result)
-    drawing, panels = canvas(1, height=1.5 + 0.3 * len(chosen))
-    drawing.clear()
+    drawing = figure.Figure(figsize=(WIDTH, 1.5 + 0.3 * len(chosen)))
     left, right = drawing.subplots(1, 2, sharey=True)
     places = np.arange(len(chosen))
     megabytes = np.array([record["parts_bytes"][row] - record["parts_bytes"][0] for row in chosen]) / 1e6

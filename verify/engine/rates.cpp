@@ -1,11 +1,13 @@
 #include "engine/rates.hpp"
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "engine/result.hpp"
@@ -55,7 +57,8 @@ scene::Body filament(double angle_stiffness) {
   return body;
 }
 
-Rates measured() {
+Rates measured(int threads) {
+  omp_set_num_threads(threads);
   Rates rates;
   for (std::size_t r = 0; r < 2; ++r) {
     for (std::size_t s = 0; s < 2; ++s) {
@@ -114,8 +117,7 @@ std::optional<Rates> kept(const fs::path& file) {
   }
 }
 
-}  // namespace
-
+/// Empty where the environment names no place for it.
 fs::path cache_folder() {
   const auto set = [](const char* name) {
     const char* value = std::getenv(name);
@@ -125,13 +127,16 @@ fs::path cache_folder() {
   return set("HOME").empty() ? fs::path() : set("HOME") / ".cache" / "veriflex";
 }
 
-Rates rates(int threads, const fs::path& cache) {
+}  // namespace
+
+Rates rates(int threads) {
+  const fs::path cache = cache_folder();
   const std::string machine = io::sha256(provenance(threads).machine + program()).substr(0, 16);
   const fs::path file = cache / fmt::format("rates-{}-{}.json", machine, threads);
   if (!cache.empty()) {
     if (const std::optional<Rates> known = kept(file)) return *known;
   }
-  Rates now = measured();
+  Rates now = measured(threads);
   if (cache.empty()) return now;
   try {
     Json numbers;

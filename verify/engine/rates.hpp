@@ -3,7 +3,6 @@
 #pragma once
 
 #include <array>
-#include <filesystem>
 
 #include "scene/plan.hpp"
 
@@ -19,12 +18,9 @@ struct Rates {
   double checked_nodes = 0.0;        // of a body whose coupling is looked at before the first step
 };
 
-/// Of this machine, from the file where they are kept; measured where there is none. `cache`: that file's
-/// folder; nothing is kept where it cannot be written.
-Rates rates(int threads, const std::filesystem::path& cache);
-
-/// $XDG_CACHE_HOME/veriflex, or .cache/veriflex of the home directory.
-std::filesystem::path cache_folder();
+/// Of this machine with so many threads, from a file in $XDG_CACHE_HOME/veriflex or .cache/veriflex of the
+/// home directory; measured where there is none, which is kept where it can be written.
+Rates rates(int threads);
 
 /// What that work will take  [s].
 double seconds_of(const scene::ExpectedWork& work, const Rates& rates);

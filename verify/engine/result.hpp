@@ -43,10 +43,10 @@ struct Result {
   std::string error_kind, error_message, error_mode;
   std::vector<std::string> warnings;
   Cost cost;
-  work::Counts work{};                                   // of the run
-  std::array<parts::Made, parts::kinds.size()> parts{};  // that the run built, and
-  parts::Peak peak{};                                    // their memory together
-  std::vector<Phase> repeats{};                          // time of each further run, made for its time alone
+  work::Counts work{};           // of the run
+  parts::AllMade parts{};        // that the run built, and
+  parts::Peak peak{};            // their memory together
+  std::vector<Phase> repeats{};  // time of each further run, made for its time alone
 
   /// How the run ended: completed; or refused (by a reader), one of to_string(FailureMode), memory, output,
   /// interrupted, internal.

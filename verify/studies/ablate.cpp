@@ -22,6 +22,8 @@ using observe::Record;
 struct Variant {
   std::string name;
   std::vector<std::string> settings;  // as --set takes them
+  std::string origin =
+      "given";  // by the case; "case": it itself, "kept": by the plan's leaving it out, "offered"
 };
 
 struct Ablation {
@@ -91,7 +93,11 @@ double moved(const Row& of_case, const Row& variant) {
 }
 
 // Adds these columns to the table of the rows, of which the first is the case as it stands.
-void add_columns(Record& table, const std::vector<Row>& rows) {
+void add_columns(Record& table, const std::vector<Variant>& variants, const std::vector<Row>& rows) {
+  Column origin{
+      "origin", "", "1", "whether the case gives it, the plan leaves it out (kept) or offers it", {}};
+  for (const Variant& variant : variants) origin.texts.push_back(variant.origin);
+  table.columns.push_back(std::move(origin));
   Column change = moved_column();
   for (const Row& row : rows) change.values.push_back(moved(rows.front(), row));
   table.columns.push_back(std::move(change));
@@ -138,7 +144,7 @@ void run(const Ablation& ablation, Observations& seen, Progress& progress, engin
       table_of("ablate", fmt::format("{} with parts left out and put in", ablation.base.id), leading, rows);
   if (ablation.workspace.shards == 1) {
     seen.records.push_back(differences(ablation, table));
-    add_columns(table, rows);
+    add_columns(table, ablation.variants, rows);
   }
   seen.open("ablate") = table;
   seen.records.push_back(parts_table(leading, rows));
@@ -152,15 +158,16 @@ void run(const Ablation& ablation, Observations& seen, Progress& progress, engin
 // `left_out`: a variant for each part that the plan leaves out and that can be kept.
 void add_left_out(const scene::Plan& plan, std::vector<Variant>& variants) {
   for (const scene::LeftOut& part : plan.left_out) {
-    if (!part.put_in.empty()) variants.push_back({"with " + part.module, {part.put_in}});
+    if (!part.put_in.empty()) variants.push_back({"with " + part.module, {part.put_in}, "kept"});
   }
 }
 
 std::vector<Variant> read_variants(const io::Table& table, const engine::Study& measure) {
-  std::vector<Variant> variants{{"as it stands", {}}};
+  std::vector<Variant> variants{{"as it stands", {}, "case"}};
   if (table.flag("left_out", false)) add_left_out(measure.plan, variants);
   if (table.flag("offered", false) && measure.offers) {
-    for (const scene::Offer& offer : measure.offers()) variants.push_back({offer.what, {offer.setting}});
+    for (const scene::Offer& offer : measure.offers())
+      variants.push_back({offer.what, {offer.setting}, "offered"});
   }
   const std::vector<io::Table> given =
       table.has("variants") ? table.tables("variants") : std::vector<io::Table>{};

@@ -48,7 +48,7 @@ struct Row {
   double wall_seconds = 0.0, cpu_seconds = 0.0;           // of the run; with repeats their medians
   double min_wall_seconds = 0.0, max_wall_seconds = 0.0;  // of the repeats, or as wall_seconds
   work::Counts work;
-  std::array<parts::Made, parts::kinds.size()> parts{};
+  parts::AllMade parts{};
   double parts_bytes = 0.0;  // of all parts together, at most
   double peak_memory_bytes = 0.0;
   bool kept = false;  // from an earlier run of the study

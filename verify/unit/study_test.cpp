@@ -374,27 +374,9 @@ TEST_CASE("An ablation shows what a part does") {
 
 TEST_CASE("What the plan of a scene leaves out can be put in, a row each, and changes nothing") {
   const Folder folder;
-  folder.write("falls.toml", R"(schema = 2
-id = "falls"
-title = "t"
-question = "q"
-equation = "e"
-sources = []
-tier = "quick"
-topics = ["scene"]
-driver = "scene"
-[[body]]
-name = "chain"
-shape = { chain = { nodes = 4 } }
-bond = { law = "harmonic", bond_stiffness = 0.26, rest_length = 1.0 }
-start = { noise = 1e-3 }
-[[observe]]
-what = "energies"
-every = 10
-[run]
-steps = 50
-)");
-  const Ran ran_it = ran(folder, "ablate falls.toml --left-out --json --out out");
+  const Ran ran_it = ran(folder,
+                         "ablate scene-chain-alone --set body.0.clamped= --set body.0.load= "
+                         "--set 'body.0.start={noise=1e-3}' --left-out --json --out out");
   REQUIRE(ran_it.code == 0);
   const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
   CHECK(file.texts("/records/ablate/variant") ==

@@ -315,7 +315,7 @@ engine::Study read_filament(const io::Table& top) {
           .measures = measures,
           .run = [study](Observations& seen, Progress& progress,
                          engine::Cost& cost) { run(study, seen, progress, cost); },
-          .expects = expected_work(study.stroke, static_cast<int>(2 + study.modulus_factors.size())),
+          .expects = [study] { return expected_work(study.stroke, 2 + std::ssize(study.modulus_factors)); },
           .offers =
               [study] {
                 return scene::offers({.fluid = study.stroke.fluid, .bodies = {body_of(study.stroke)}},

@@ -130,11 +130,11 @@ Stroke varied(const Stroke& base, const io::Table& variant) {
   return s;
 }
 
-scene::ExpectedWork expected_work(const Stroke& stroke, int runs) {
+scene::ExpectedWork expected_work(const Stroke& stroke, std::int64_t runs) {
   const auto steps = std::llround(stroke.periods * stroke.period());
   scene::ExpectedWork work =
       *scene::expected_work({.fluid = stroke.fluid, .bodies = {body_of(stroke)}}, runs * steps);
-  work.checked_nodes *= runs;
+  work.checked_nodes *= static_cast<double>(runs);
   return work;
 }
 

@@ -237,7 +237,7 @@ engine::Study read_scene(const io::Table& top) {
           .measures = measures,
           .run = [shared](observe::Observations& seen, Progress& progress,
                           engine::Cost& cost) { run(*shared, seen, progress, cost); },
-          .expects = scene::expected_work(shared->scene, shared->steps),
+          .expects = [shared] { return scene::expected_work(shared->scene, shared->steps); },
           .offers =
               [shared] {
                 return scene::offers(shared->scene,
