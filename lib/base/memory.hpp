@@ -6,7 +6,8 @@
 
 namespace veriflex {
 
-/// What the system can still give without swapping  [bytes].
+/// What the system can still give without swapping, within the limits set on this process and on its control
+/// group  [bytes].
 double available_memory_bytes();
 
 /// What the allocators of this program have given out: of ordinary memory, and by allocate_pages(). 0 of the

@@ -23,6 +23,10 @@ namespace stop {
 /// The signal that has asked for a stop, 0 if none has.
 extern std::atomic<int> signal;
 
+/// Whether one has. For loops of several threads, in which nothing may be thrown: they leave the rest undone,
+/// and the caller throws after them.
+inline bool asked() { return signal.load(std::memory_order_relaxed) != 0; }
+
 /// Whether a Stopped was thrown since forget(): a study may have taken it for an outcome of its own.
 bool was_thrown();
 void forget();
@@ -50,7 +54,7 @@ class Handlers {
 
 /// Throws Stopped when a signal has asked for it: "interrupted by SIGTERM at <what> <number>".
 inline void stop_if_asked(const char* what, std::int64_t number) {
-  if (stop::signal.load(std::memory_order_relaxed) != 0) [[unlikely]]
+  if (stop::asked()) [[unlikely]]
     stop::here(what, number);
 }
 

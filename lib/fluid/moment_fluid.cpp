@@ -135,6 +135,7 @@ class MomentFluid final : public Fluid {
     lattice_.from = copy(present_);
     lattice_.to = copy(1 - present_);
     sweep(lattice_);
+    stop_if_asked("fluid step", steps_ + 1);  // a sweep that saw it is not whole
     turn_back_at_obstacle();
     present_ = 1 - present_;
     stepped_ = true;
@@ -215,7 +216,7 @@ class MomentFluid final : public Fluid {
     stepped_ = false;
 #pragma omp parallel for
     for (std::int64_t row = 0; row < grid.size[1] * grid.size[2]; ++row) {
-      if (stop::signal.load(std::memory_order_relaxed) != 0) continue;  // nothing may be thrown in here
+      if (stop::asked()) continue;
       for (std::int64_t x = 0; x < grid.size[0]; ++x) {
         const std::int64_t node = grid.size[0] * row + x;
         const Populations h = inside(node) ? Populations{} : populations_at(node);

@@ -7,6 +7,7 @@
 #include <type_traits>
 #include <utility>
 
+#include "base/stop.hpp"
 #include "fluid/lanes.hpp"
 #include "fluid/subnormals.hpp"
 #include "fluid/threads.hpp"
@@ -321,7 +322,7 @@ struct MomentStep {
       const std::int64_t z0 = lattice.nz * thread / threads, z1 = lattice.nz * (thread + 1) / threads;
       for (std::int64_t y0 = 0; y0 < lattice.ny && z0 < z1; y0 += tile) {
         const std::int64_t count = std::min(tile, lattice.ny - y0);
-        for (std::int64_t z = z0 - 1; z <= z1; ++z) {
+        for (std::int64_t z = z0 - 1; z <= z1 && !stop::asked(); ++z) {
           plane<Force>(lattice, scratch, y0, count, z, z > z0, z - z0 + 1);
         }
       }

@@ -48,7 +48,8 @@ struct MomentLattice {
 template <class Real>
 std::int64_t scratch_size(std::int64_t nx, std::int64_t ny);
 
-/// One step of all nodes. Subnormal numbers are taken as zero.
+/// One step of all nodes. Subnormal numbers are taken as zero. Once a stop is asked for it leaves the rest of
+/// the planes as they are: what it has written is then of no use.
 template <class Real>
 void sweep(const MomentLattice<Real>& lattice);
 

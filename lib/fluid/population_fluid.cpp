@@ -75,6 +75,7 @@ class PopulationFluid final : public Fluid {
     work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
                     2 * Q * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
     sweep(lattice_, odd());
+    stop_if_asked("fluid step", steps_ + 1);  // a sweep that saw it is not whole
     add(forces);
     ++steps_;
     const auto links = static_cast<std::int64_t>(links_.size());
@@ -135,7 +136,7 @@ class PopulationFluid final : public Fluid {
 #pragma omp parallel for
     for (std::int64_t z = 0; z < grid.size[2]; ++z) {
       for (std::int64_t y = 0; y < grid.size[1]; ++y) {
-        if (stop::signal.load(std::memory_order_relaxed) != 0) continue;  // nothing may be thrown in here
+        if (stop::asked()) continue;
         for (std::int64_t x = 0; x < grid.size[0]; ++x) {
           const std::int64_t node = grid.index(x, y, z);
           const Populations h = at(node);

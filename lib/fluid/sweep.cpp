@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/stop.hpp"
 #include "fluid/lanes.hpp"
 #include "fluid/subnormals.hpp"
 #include "fluid/threads.hpp"
@@ -157,7 +158,9 @@ struct Step {
     {
       const FlushSubnormals flush;
 #pragma omp for schedule(static)
-      for (std::int64_t z = 0; z < lattice.nz; ++z) plane<Force>(lattice, z);
+      for (std::int64_t z = 0; z < lattice.nz; ++z) {
+        if (!stop::asked()) plane<Force>(lattice, z);
+      }
     }
   }
 

@@ -48,7 +48,8 @@ struct Lattice {
 template <class Real>
 int lanes_for(std::int64_t nx);
 
-/// One step of all nodes. `odd`: the step's parity. Subnormal numbers are taken as zero.
+/// One step of all nodes. `odd`: the step's parity. Subnormal numbers are taken as zero. Once a stop
+/// is asked for it leaves the rest of the planes as they are: the fluid is then of no use.
 template <class Real>
 void sweep(const Lattice<Real>& lattice, bool odd);
 

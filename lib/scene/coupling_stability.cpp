@@ -11,6 +11,7 @@
 #include <random>
 
 #include "base/error.hpp"
+#include "base/stop.hpp"
 #include "scene/alternating_growth.hpp"
 
 namespace veriflex::scene {
@@ -83,6 +84,7 @@ std::optional<double> eigenvalue_near(const CoupledStep& step, const Vector& sta
 /// end grows by less than the resolution, from a share of 1e-6 of the start.
 Growth growth_in_time(const CoupledStep& step, int steps) {
   constexpr int between_looks = 250;
+  constexpr int first_look = 25;  // what grows fast stands alone by then
   constexpr double least_share = 1e-6;
   Vector state = start_of(step);
   double grown = -std::log(state.norm()), middle = 0.0, end = 0.0;  // logarithms
@@ -94,7 +96,8 @@ Growth growth_in_time(const CoupledStep& step, int steps) {
     state = step.next(state / size);
     end = grown + std::log(state.norm());
     if (i == steps / 2) middle = end;
-    if (i % between_looks != 0 || !state.allFinite()) continue;
+    if ((i % between_looks != 0 && i != first_look) || !state.allFinite()) continue;
+    stop_if_asked("the growth of the exchange, step", i);
     if (const auto found = eigenvalue_near(step, state); found && *found > 1.0 + growth_resolution) {
       return {*found, growth_resolution};
     }

@@ -146,7 +146,7 @@ engine::Study read_coupled_spectrum(const io::Table& top) {
   const CaseScene read = read_fluid_and_bodies(top);
   for (const CaseBody& body : read.bodies) {
     if (!body.table.has("start")) continue;
-    body.table.fail("start", fmt::format("'{}' starts deformed or moving", body.body.name),
+    body.table.fail("start", fmt::format("'{}' starts deformed or moving", body.table.text("name")),
                     "the spectrum is that of the scene at rest", "Leave 'start' out");
   }
   if (!read.scene.fluid) {

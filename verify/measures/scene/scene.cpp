@@ -34,14 +34,15 @@ struct SceneStudy : CaseScene {
 };
 
 /// Of the drives and oscillations, which must agree; 0 without one  [T].
-double period_of(const std::vector<CaseBody>& bodies) {
+double period_of(const CaseScene& read) {
   double period = 0.0;
-  for (const CaseBody& body : bodies) {
+  for (std::size_t i = 0; i < read.bodies.size(); ++i) {
+    const CaseBody& body = read.bodies[i];
     if (!body.period) continue;
     if (period != 0.0 && *body.period != period) {
       throw InputError(body.table.place(),
-                       fmt::format("{} has a period of {}, a body before it one of {}", body.body.name,
-                                   *body.period, period),
+                       fmt::format("{} has a period of {}, a body before it one of {}",
+                                   read.scene.bodies[i].name, *body.period, period),
                        "phases and periods of a run are those of one motion", "Use one period");
     }
     period = *body.period;
@@ -75,11 +76,12 @@ observe::BodyLimits read_body_limits(const io::Table& top, const CaseScene& read
     t.fail("energy_growth", fmt::format("'energy_growth' is {}", limits.energy_growth),
            "no motion keeps its energy to the last digit", "Give for example 100");
   }
-  for (const CaseBody& body : read.bodies) {
-    const bool has_energy = body.table.has("start") || body.body.conditions.load.size() > 0;
-    if (!body.body.motion && !body.body.coupling && !body.body.conditions.drive && has_energy) continue;
+  for (std::size_t i = 0; i < read.bodies.size(); ++i) {
+    const scene::Body& body = read.scene.bodies[i];
+    const bool has_energy = read.bodies[i].table.has("start") || body.conditions.load.size() > 0;
+    if (!body.motion && !body.coupling && !body.conditions.drive && has_energy) continue;
     t.fail("energy_growth",
-           fmt::format("'energy_growth' is set, and the energy of '{}' is not its own", body.body.name),
+           fmt::format("'energy_growth' is set, and the energy of '{}' is not its own", body.name),
            "it is kept only by a body that starts deformed or moving or bears a dead load, and that nothing "
            "drives and no fluid meets",
            "Leave it out");
@@ -90,22 +92,22 @@ observe::BodyLimits read_body_limits(const io::Table& top, const CaseScene& read
 Place place_of(const CaseBody& body) { return body.table.place("place"); }
 
 /// Refuses a body that has no room where it stands.
-void check_body(const CaseBody& body, const fluid::Spec& fluid) {
-  const Positions X = scene::markers_at_rest(body.body);
-  engine::check_supports(fluid, body.body.coupling->delta, X, body.stroke, body.body.name, place_of(body));
+void check_body(const scene::Body& body, const CaseBody& said, const fluid::Spec& fluid) {
+  const Positions X = scene::markers_at_rest(body);
+  engine::check_supports(fluid, body.coupling->delta, X, said.stroke, body.name, place_of(said));
   const Vec3 extent = X.colwise().maxCoeff() - X.colwise().minCoeff();
-  engine::check_images(fluid, body.body.coupling->delta, extent, body.stroke, body.body.name, place_of(body));
+  engine::check_images(fluid, body.coupling->delta, extent, said.stroke, body.name, place_of(said));
 }
 
-/// Refuses bodies in one fluid that stand in each other.
-void check_pair(const CaseBody& a, const CaseBody& b, const fluid::Spec& fluid) {
+/// Refuses bodies in one fluid that stand in each other; `b` stands there.
+void check_pair(const scene::Body& a, const scene::Body& b, const Place& there, const fluid::Spec& fluid) {
   constexpr double nearest = 1.0;  // [L]
   const auto nodes = [](const scene::Body& body) {
     return Positions(body.network.rest.rowwise() + body.place.transpose());
   };
-  const auto met = scene::nearest_within(nearest, nodes(a.body), nodes(b.body), fluid.grid, closed(fluid));
+  const auto met = scene::nearest_within(nearest, nodes(a), nodes(b), fluid.grid, closed(fluid));
   if (!met) return;
-  throw InputError(place_of(b), fmt::format("{} stands in {}", b.body.name, a.body.name),
+  throw InputError(there, fmt::format("{} stands in {}", b.name, a.name),
                    fmt::format("their nodes {} and {} are {:.3g} spacings apart; nothing keeps bodies from "
                                "passing through each other",
                                met->second, met->first, met->distance),
@@ -117,9 +119,10 @@ void run(const SceneStudy& study, observe::Observations& seen, Progress& progres
     seen.metrics.push_back({"coupling_growth", 0.0, "1",
                             "largest factor a step of the linearised coupling, body by body, without the "
                             "fluid's own motion; up to 1 is stable"});
-    for (const CaseBody& body : study.bodies) {
-      if (!body.body.coupling || body.body.motion) continue;
-      engine::check_coupling(*study.scene.fluid, body.body, body.body.name, body.table.place("node_mass"),
+    for (std::size_t i = 0; i < study.bodies.size(); ++i) {
+      const scene::Body& body = study.scene.bodies[i];
+      if (!body.coupling || body.motion) continue;
+      engine::check_coupling(*study.scene.fluid, body, body.name, study.bodies[i].table.place("node_mass"),
                              seen.metrics.back().value, progress);
     }
     cost.finish("stability of the coupling");
@@ -152,11 +155,12 @@ void run(const SceneStudy& study, observe::Observations& seen, Progress& progres
 
 void check_places(const CaseScene& read) {
   if (!read.scene.fluid) return;
-  for (std::size_t i = 0; i < read.bodies.size(); ++i) {
-    if (!read.bodies[i].body.coupling) continue;
-    check_body(read.bodies[i], *read.scene.fluid);
+  const std::vector<scene::Body>& bodies = read.scene.bodies;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    if (!bodies[i].coupling) continue;
+    check_body(bodies[i], read.bodies[i], *read.scene.fluid);
     for (std::size_t j = 0; j < i; ++j) {
-      if (read.bodies[j].body.coupling) check_pair(read.bodies[j], read.bodies[i], *read.scene.fluid);
+      if (bodies[j].coupling) check_pair(bodies[j], bodies[i], place_of(read.bodies[i]), *read.scene.fluid);
     }
   }
 }
@@ -193,24 +197,26 @@ CaseScene read_fluid_and_bodies(const io::Table& top) {
     read.scene.initial_flow = read_initial_flow(top, *read.scene.fluid);
   }
   for (const io::Table& table : top.tables("body")) {
-    read.bodies.push_back(read_body(table, read.scene.fluid.has_value()));
-    const std::string& name = read.bodies.back().body.name;
+    scene::Body body;
+    read.bodies.push_back(read_body(table, read.scene.fluid.has_value(), body));
+    const std::string& name = body.name;
     for (const scene::Body& other : read.scene.bodies) {
       if (other.name == name) {
         table.fail("name", fmt::format("two bodies are called '{}'", name), "columns are called after them",
                    "Give each a name of its own");
       }
     }
-    read.scene.bodies.push_back(read.bodies.back().body);
+    read.scene.bodies.push_back(std::move(body));
   }
   if (!read.scene.fluid && read.scene.bodies.empty()) {
     throw InputError(top.place(), "the scene is empty", "it has neither [fluid] nor [[body]]", "Add one");
   }
-  for (const CaseBody& body : read.bodies) {
-    if (body.body.motion && !body.body.coupling) {
-      body.table.fail("motion",
-                      fmt::format("the motion of {} is given, and it meets no fluid", body.body.name),
-                      "nothing would come of it", "Add [fluid] and a coupling");
+  for (std::size_t i = 0; i < read.bodies.size(); ++i) {
+    const scene::Body& body = read.scene.bodies[i];
+    if (body.motion && !body.coupling) {
+      read.bodies[i].table.fail("motion",
+                                fmt::format("the motion of {} is given, and it meets no fluid", body.name),
+                                "nothing would come of it", "Add [fluid] and a coupling");
     }
   }
   return read;
@@ -220,7 +226,7 @@ engine::Study read_scene(const io::Table& top) {
   const observe::MonitorSpec monitor = engine::read_monitor(top);
   SceneStudy study{read_fluid_and_bodies(top), {}, monitor, 0};
   study.monitor.bodies = read_body_limits(top, study);
-  const double period = period_of(study.bodies);
+  const double period = period_of(study);
   study.steps = read_steps(top.table("run"), period);
   scene::Plan plan = plan_of(top, study.scene);
   check_places(study);

@@ -13,9 +13,8 @@
 
 namespace veriflex::measures {
 
-/// A [[body]], and what is asked about it before a run.
+/// What a [[body]] says beside the body itself, which is kept once: it may be large.
 struct CaseBody {
-  scene::Body body;
   Vec3 stroke = Vec3::Zero();    // that a drive or an oscillation takes it to either side  [L]
   std::optional<double> period;  // of that  [T]
   io::Table table;
@@ -31,13 +30,13 @@ std::vector<std::int32_t> read_node_list(const io::Table& table, const std::stri
 /// `rest_length`; a data file has its own.
 solid::Network read_shape(const io::Table& body, double rest_length);
 
-/// A [[body]]. `in_fluid`: whether the scene has one.
-CaseBody read_body(const io::Table& table, bool in_fluid);
+/// A [[body]], into `body`. `in_fluid`: whether the scene has one.
+CaseBody read_body(const io::Table& table, bool in_fluid, scene::Body& body);
 
 /// The fluid and the bodies of a case.
 struct CaseScene {
   scene::Scene scene;
-  std::vector<CaseBody> bodies;  // those of the scene
+  std::vector<CaseBody> bodies;  // one for each of the scene
 };
 
 /// [fluid] and [[body]], and what is wrong with them by themselves.

@@ -139,23 +139,24 @@ double read_period(const io::Table& t) {
   return period;
 }
 
-void read_drive(const io::Table& t, const Eigen::VectorXd& along, bool guided, CaseBody& to) {
+void read_drive(const io::Table& t, const Eigen::VectorXd& along, bool guided, scene::Body& body,
+                CaseBody& said) {
   const double period = read_period(t);
-  solid::Drive drive{.nodes = read_nodes(t, "nodes", along, to.body.network.spacing),
+  solid::Drive drive{.nodes = read_nodes(t, "nodes", along, body.network.spacing),
                      .axis = engine::read_axis(t, "direction"),
                      .amplitude = t.number("amplitude"),
                      .omega = 2.0 * std::numbers::pi / period,
                      .ramp = t.number("ramp", 0.0)};
-  if (guided && drive.axis != to.body.axis) {
+  if (guided && drive.axis != body.axis) {
     t.fail("direction", "the body is guided along its axis, and driven across it", "it cannot be both",
            "Drive it along its axis, or leave 'guided' out");
   }
   if (drive.ramp < 0.0) {
     t.fail("ramp", fmt::format("'ramp' is {}", drive.ramp), "it lasts 0 steps or more", "0 starts abruptly");
   }
-  to.stroke[drive.axis] = std::abs(drive.amplitude);
-  to.period = period;
-  to.body.conditions.drive = std::move(drive);
+  said.stroke[drive.axis] = std::abs(drive.amplitude);
+  said.period = period;
+  body.conditions.drive = std::move(drive);
 }
 
 void read_load(const io::Table& t, const Eigen::VectorXd& along, scene::Body& body) {
@@ -221,8 +222,8 @@ bool keeps(const io::Table& body, const std::string& part) {
 }
 
 /// What a body that moves by its own forces has.
-void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_stiffness, CaseBody& to) {
-  scene::Body& body = to.body;
+void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_stiffness, scene::Body& body,
+                  CaseBody& said) {
   solid::Conditions& conditions = body.conditions;
   conditions.node_mass = t.number("node_mass", conditions.node_mass);
   need_positive(t, "node_mass", conditions.node_mass);
@@ -251,12 +252,12 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
   if (conditions.load.size() == 0 && keeps(t, "loads")) conditions.load = Positions::Zero(along.size(), 3);
   if (conditions.fixed.size() == 0 && keeps(t, "constraints"))
     conditions.fixed = solid::FixedDofs::Constant(along.size(), 3, false);
-  if (t.has("drive")) read_drive(t.table("drive"), along, guided, to);
+  if (t.has("drive")) read_drive(t.table("drive"), along, guided, body, said);
   if (t.has("start")) read_start(t.table("start"), along, bond_stiffness, body);
 }
 
 /// A motion that is given leaves nothing to what the body is made of.
-void read_given_motion(const io::Table& t, CaseBody& to) {
+void read_given_motion(const io::Table& t, scene::Body& body, CaseBody& said) {
   for (const char* key : {"bond", "angle", "node_mass", "substeps", "clamped", "guided", "weight", "load",
                           "drive", "start", "keep"}) {
     if (t.has(key)) {
@@ -269,11 +270,11 @@ void read_given_motion(const io::Table& t, CaseBody& to) {
   if (table.has("velocity")) motion.velocity = engine::read_vector(table, "velocity");
   if (table.has("amplitude")) {
     motion.amplitude = engine::read_vector(table, "amplitude");
-    to.period = read_period(table);
-    motion.omega = 2.0 * std::numbers::pi / *to.period;
-    to.stroke = motion.amplitude.cwiseAbs();
+    said.period = read_period(table);
+    motion.omega = 2.0 * std::numbers::pi / *said.period;
+    said.stroke = motion.amplitude.cwiseAbs();
   }
-  to.body.motion = motion;
+  body.motion = motion;
 }
 
 std::string read_name(const io::Table& t) {
@@ -315,9 +316,8 @@ solid::Network read_shape(const io::Table& body, double rest_length) {
   return read_plate(shape.table("plate"), spacing);
 }
 
-CaseBody read_body(const io::Table& t, bool in_fluid) {
-  CaseBody read{.body = {}, .period = {}, .table = t};
-  scene::Body& body = read.body;
+CaseBody read_body(const io::Table& t, bool in_fluid, scene::Body& body) {
+  CaseBody said{.period = {}, .table = t};
   body.name = read_name(t);
   const bool given = t.has("motion");
   double rest_length = 1.0;  // of a body without bonds: the fluid's spacing
@@ -342,16 +342,16 @@ CaseBody read_body(const io::Table& t, bool in_fluid) {
   body.network.rest = scene::turned(body.network.rest, body.axis);
   body.network.vectors = scene::turned(body.network.vectors, body.axis);
   if (given) {
-    read_given_motion(t, read);
+    read_given_motion(t, body, said);
   } else {
-    read_elastic(t, along, bond_stiffness, read);
+    read_elastic(t, along, bond_stiffness, body, said);
   }
   if (t.has("place")) body.place = engine::read_vector(t, "place");
   if (!(body.place.cwiseAbs().maxCoeff() <= farthest_place)) {
     t.fail("place", "the body stands too far away",
            "a number no longer tells places within a node's spacing apart there", "Put it into the box");
   }
-  if (!t.has("coupling")) return read;
+  if (!t.has("coupling")) return said;
   if (!in_fluid) {
     t.fail("coupling", fmt::format("{} is coupled, and the scene has no fluid", body.name),
            "there is nothing to couple it to", "Add [fluid], or leave it out");
@@ -364,7 +364,7 @@ CaseBody read_body(const io::Table& t, bool in_fluid) {
   } catch (const BadParameter& bad) {
     t.table("coupling").fail("nodes", bad.problem, bad.why, bad.suggestion);
   }
-  return read;
+  return said;
 }
 
 }  // namespace veriflex::measures
