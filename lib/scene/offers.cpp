@@ -12,7 +12,7 @@ namespace veriflex::scene {
 
 namespace {
 
-constexpr double share_of_limit = 0.9;  // of 2/omega_max that a sub-step may take
+constexpr double share_of_limit = 0.5;  // of 2/omega_max at rest: bonds may become four times as stiff
 constexpr double widest_support = 4.0;  // of a delta function  [L]
 
 /// The least number of sub-steps that is stable; that of the body when none below is.

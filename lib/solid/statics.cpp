@@ -89,11 +89,17 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
                            FailureMode::Bond);
   }
   const NetworkParts network_parts = parts_of(network);
-  std::optional<parts::Built> part;
+  const auto bytes_of_state = [](const State& state) {
+    return parts::array_bytes(state.u, state.gradient, state.g, state.work.d, state.work.g) +
+           state.work.stars.bytes();
+  };
+  parts::Built part(parts::Kind::Statics, 0.0);
   Cholesky factor;
   double previous = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration <= max_iterations; ++iteration) {
     stop_if_asked("Newton step", iteration);
+    const double states = bytes_of_state(now) + bytes_of_state(next);
+    part.takes(states + bytes_of(factor));
     const Eigen::SparseMatrix<double> h = [&] {
       std::vector<Eigen::Triplet<double>> second = hessian(law, angle, network, now.work);
       if (!is_static) {
@@ -113,11 +119,7 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
       if (iteration == 0) factor.analyzePattern(h);
       factorize_stable(factor, h, iteration);
     }
-    if (!part) {
-      part.emplace(parts::Kind::Statics,
-                   parts::array_bytes(now.u, now.gradient, now.g, now.work.d, now.work.g) +
-                       now.work.stars.bytes() + bytes_of(h) + bytes_of(factor));
-    }
+    part.takes(states + bytes_of(factor) + bytes_of(h));
     // Bond vectors are rounded to epsilon times themselves and the displacements: forces cannot be balanced
     // better.
     const double longest = largest(now.work.d.rowwise().norm());

@@ -125,7 +125,7 @@ TEST_CASE("What a static solution takes is what the allocator has given out for 
   parts::restart();
   solid::equilibrium(material, bar, start, held, load);
   CHECK(made(Kind::Statics).count == 1);
-  CHECK((parts::peak().bytes - network) / parts::peak().allocated == Approx(1.0).margin(0.1));
+  CHECK((parts::peak().bytes - network) / parts::peak().allocated == Approx(1.0).margin(0.02));
 }
 
 TEST_CASE("A plan that promises what a run does not keep is found out") {
