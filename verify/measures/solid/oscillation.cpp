@@ -12,6 +12,7 @@
 #include "bond/derive.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
+#include "measures/solid/runge_kutta.hpp"
 #include "solid/implicit_midpoint.hpp"
 #include "solid/leapfrog.hpp"
 
@@ -24,12 +25,26 @@ using observe::Observations;
 constexpr double max_steps = 1e9;  // of a run
 constexpr double grown = 100.0;    // times the start, which no bounded motion reaches
 
-enum class Integrator { LeapFrog, ImplicitMidpoint };
+enum class Integrator { LeapFrog, ImplicitMidpoint, RungeKutta };
 
 constexpr std::array integrators{
     Named<Integrator>{Integrator::LeapFrog, "leap-frog", "leap_frog", "leap-frog"},
     Named<Integrator>{Integrator::ImplicitMidpoint, "implicit-midpoint", "implicit_midpoint",
-                      "the implicit midpoint rule, by Newton's method"}};
+                      "the implicit midpoint rule, by Newton's method"},
+    Named<Integrator>{Integrator::RungeKutta, "runge-kutta", "runge_kutta",
+                      "Prince and Dormand's embedded Runge-Kutta method of order 8, by GSL"}};
+
+parts::Kind kind_of(Integrator integrator) {
+  switch (integrator) {
+    case Integrator::LeapFrog:
+      return parts::Kind::LeapFrog;
+    case Integrator::ImplicitMidpoint:
+      return parts::Kind::Midpoint;
+    case Integrator::RungeKutta:
+      return parts::Kind::RungeKutta;
+  }
+  throw std::logic_error("no integrator");
+}
 
 struct Oscillation {
   bond::AnyLaw law;
@@ -38,7 +53,8 @@ struct Oscillation {
   std::int64_t nodes;  // 2: a pair; more: the first mode of a free chain of harmonic bonds
   double strain;       // of the (first) bond at the start
   Integrator integrator;
-  double time_step = 0.0;  // [T]
+  double time_step = 0.0;  // [T]; none where the step follows from
+  double tolerance = 0.0;  // of a step's error, over the amplitude
   int substeps;            // of a step
   int periods;             // over which the period is measured
 
@@ -168,12 +184,21 @@ double passage_between(const Sample& before, const Sample& after) {
   return before.time + dt * bracketed_root(amount_at, 0.0, 1.0);
 }
 
+// What was measured of a motion.
+struct Measured {
+  double period;   // [T]
+  double substep;  // mean length of a (sub-)step  [T]
+};
+
 // Mean period over `periods` upward passages through rest of a motion from rest.
 template <class Motion>
-double measured_period(const Oscillation& study, const Eigen::VectorXd& shape, Motion motion) {
+Measured measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion motion) {
   const auto sample = [&] {
     return Sample{motion.time(), shape.dot(motion.displacement().col(2)),
                   shape.dot(motion.velocity().col(2))};
+  };
+  const auto mean_substep = [&] {
+    return motion.time() / static_cast<double>(motion.steps()) / study.substeps;
   };
   const Sample start = sample();
   Sample before = start;
@@ -186,36 +211,50 @@ double measured_period(const Oscillation& study, const Eigen::VectorXd& shape, M
       throw NumericalFailure(
           fmt::format("step {}: the motion has grown to {} times its start: steps of {} are "
                       "unstable",
-                      motion.steps(), grown, study.substep()),
+                      motion.steps(), grown, mean_substep()),
           FailureMode::TimeStep);
     }
     if (before.amount < 0.0 && now.amount >= 0.0) {
-      const double passage = passage_between(before, now);
-      if (passages == 0) first = passage;
-      if (passages == study.periods) return (passage - first) / study.periods;
+      if (passages == 0 || passages == study.periods) {
+        double passage = 0.0;
+        if constexpr (requires { motion.passage(shape); }) {
+          passage = motion.passage(shape);
+        } else {
+          passage = passage_between(before, now);
+        }
+        if (passages == study.periods) return {(passage - first) / study.periods, mean_substep()};
+        first = passage;
+      }
       ++passages;
     }
     before = now;
   }
   throw NumericalFailure(
-      fmt::format("steps of {}: the motion passes through rest only {} times in {} periods", study.substep(),
+      fmt::format("steps of {}: the motion passes through rest only {} times in {} periods", mean_substep(),
                   passages, 2 * (study.periods + 2)),
       FailureMode::TimeStep);
 }
 
-double measured_period(const Oscillation& study) {
+Measured measure(const Oscillation& study) {
   const solid::Network network = solid::cubic_lattice({{1, 1, study.nodes}, study.rest_length});
   const solid::Material material{study.law, 0.0};
   const Eigen::VectorXd shape = shape_of(study);
   const Positions rest = Positions::Zero(study.nodes, 3);
   Positions u = rest;
   u.col(2) = study.strain * study.rest_length * shape;
-  if (study.integrator == Integrator::ImplicitMidpoint) {
-    return measured_period(study, shape,
-                           solid::ImplicitMidpoint(material, network, 1.0, {}, {}, study.time_step, u, rest));
+  switch (study.integrator) {
+    case Integrator::LeapFrog:
+      return measure(study, shape,
+                     solid::Leapfrog(material, network, {}, study.time_step, {study.substeps, 0.0}, u, rest));
+    case Integrator::ImplicitMidpoint:
+      return measure(study, shape,
+                     solid::ImplicitMidpoint(material, network, 1.0, {}, {}, study.time_step, u, rest));
+    case Integrator::RungeKutta:
+      return measure(
+          study, shape,
+          RungeKutta(material, network, 1.0, study.tolerance, 2.0 * std::numbers::pi / study.exact, u, rest));
   }
-  return measured_period(
-      study, shape, solid::Leapfrog(material, network, {}, study.time_step, {study.substeps, 0.0}, u, rest));
+  throw std::logic_error("no integrator");
 }
 
 Observations declared(const Oscillation& study) {
@@ -225,8 +264,11 @@ Observations declared(const Oscillation& study) {
                   "T",
                   study.nodes == 2 ? "quadrature between the turning points (GSL)"
                                    : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode"},
-                 {"substeps_per_period", {}, "1", "(sub-)steps per exact period"},
-                 {"dt_over_limit", {}, "1", "(sub-)step over leap-frog's linear limit 2/omega_max at rest"},
+                 {"substeps_per_period", {}, "1", "(sub-)steps per exact period, of varying ones the mean"},
+                 {"dt_over_limit",
+                  {},
+                  "1",
+                  "(sub-)step, of varying ones the mean, over leap-frog's linear limit 2/omega_max at rest"},
                  {"period", {}, "T", "mean over the measured periods"},
                  {"period_error", {}, "1", "relative departure from the exact period"}};
   if (study.nodes == 2) {
@@ -240,13 +282,31 @@ void run(const Oscillation& study, Observations& seen) {
   const double k = bond::stiffness(study.law, study.rest_length);
   const double limit = 2.0 / std::sqrt(study.nodes == 2 ? 2.0 * k : 4.0 * k);
   seen.set("exact_period", study.exact);
-  seen.set("substeps_per_period", study.exact / study.substep());
-  seen.set("dt_over_limit", study.substep() / limit);
   if (study.nodes == 2)
     seen.set("period_over_harmonic", study.exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi));
-  const double period = measured_period(study);
-  seen.set("period", period);
-  seen.set("period_error", std::abs(period / study.exact - 1.0));
+  if (study.integrator != Integrator::RungeKutta) {  // known also of a run that fails
+    seen.set("substeps_per_period", study.exact / study.substep());
+    seen.set("dt_over_limit", study.substep() / limit);
+  }
+  const Measured measured = measure(study);
+  seen.set("substeps_per_period", study.exact / measured.substep);
+  seen.set("dt_over_limit", measured.substep / limit);
+  seen.set("period", measured.period);
+  seen.set("period_error", std::abs(measured.period / study.exact - 1.0));
+}
+
+double read_tolerance(const io::Table& t) {
+  for (const char* key : {"time_step", "steps_per_period"}) {
+    if (t.has(key))
+      t.fail(key, fmt::format("'{}' is set", key), "the steps of runge-kutta follow from its tolerance",
+             "Give 'tolerance' instead");
+  }
+  const double tolerance = t.number("tolerance");
+  if (!(tolerance >= 1e-15 && tolerance <= 0.1)) {
+    t.fail("tolerance", fmt::format("'tolerance' is {}", tolerance),
+           "a step's error over the amplitude lies between 1e-15 and 0.1", "Use about 1e-8");
+  }
+  return tolerance;
 }
 
 // The step, given as a length or as a part of the exact period.
@@ -315,20 +375,23 @@ engine::Study read_oscillation(const io::Table& top) {
   } catch (const NumericalFailure& failure) {
     t.fail("strain", "the motion has no period", failure.what(), "Use a smaller strain");
   }
-  study.time_step = read_time_step(t, study.exact);
-  const double steps = study.periods * study.exact / study.substep();
+  const bool is_adaptive = study.integrator == Integrator::RungeKutta;
+  if (is_adaptive) {
+    study.tolerance = read_tolerance(t);
+  } else {
+    study.time_step = read_time_step(t, study.exact);
+  }
+  const double steps = is_adaptive ? 0.0 : study.periods * study.exact / study.substep();
   if (!(steps <= max_steps)) {
     t.fail("periods", fmt::format("{} periods take {:.3g} (sub-)steps", study.periods, steps),
            fmt::format("a period lasts {:.6g}; {:.0e} of them are the limit", study.exact, max_steps),
            "Use fewer steps or periods, or another unit of time");
   }
   const Named<Integrator>& integrator = row_of(integrators, study.integrator);
-  return {.plan = engine::read_plan(
-              top, {.law = law,
-                    .solid = solid,
-                    .method = fmt::format("{}, from rest", integrator.text),
-                    .by = {study.integrator == Integrator::LeapFrog ? parts::Kind::LeapFrog
-                                                                    : parts::Kind::Midpoint}}),
+  return {.plan = engine::read_plan(top, {.law = law,
+                                          .solid = solid,
+                                          .method = fmt::format("{}, from rest", integrator.text),
+                                          .by = {kind_of(study.integrator)}}),
           .declares = declared(study),
           .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
             run(study, seen);
