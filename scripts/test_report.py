@@ -73,8 +73,20 @@ def write_result(folder, name, verdict, checks=(), title="A title", records=(), 
     seal(folder / f"{name}.h5")
 
 
-def run(*arguments):
-    return subprocess.run([sys.executable, "-B", REPORT, *arguments], capture_output=True, text=True)
+CACHE = tempfile.TemporaryDirectory()
+ENVIRONMENT = os.environ | {"XDG_CACHE_HOME": CACHE.name}
+
+
+def run(*arguments, **environment):
+    words = [sys.executable, "-B", REPORT, *arguments]
+    return subprocess.run(words, capture_output=True, text=True, env=ENVIRONMENT | environment)
+
+
+def page_of(folder, *arguments, **environment):
+    """The page about a folder."""
+    ran = run(folder, *arguments, **environment)
+    assert ran.returncode == 0, ran.stderr
+    return (Path(folder) / "report.html").read_text(encoding="utf-8")
 
 
 def filament_records():
@@ -165,7 +177,7 @@ class WrittenReport(unittest.TestCase):
     def test_page_needs_nothing_from_outside(self):
         # Pictures within the SVG are part of the page.
         self.assertNotRegex(self.page, r"""(?:src|href)\s*=\s*["'](?!#|data:image/png;base64,)""")
-        self.assertNotRegex(self.page, r"@import|url\((?!#)|<img|<link|<script")
+        self.assertNotRegex(self.page, r"@import|url\((?!#)|<img|<link|<script (?!>)|https?:")
 
     def test_page_states_every_verdict(self):
         for word in ("pass", "fail", "error", "refuted: finding", "unreadable"):
@@ -192,10 +204,10 @@ class WrittenReport(unittest.TestCase):
 
     def test_film_has_a_picture_for_each_phase_and_stays_small(self):
         drawn = self.figure("Speed of the fluid at 8 phases")
-        self.assertEqual(drawn.count('href="data:image/png'), 8 + 1)  # and the colour bar
+        self.assertEqual(drawn.count('href="data:image/png'), 8)
         for phase in np.arange(1, 9) / 8:
             self.assertIn(f">t = {phase:g} T<", drawn)
-        self.assertLess(len(drawn), 300_000)
+        self.assertLess(len(drawn), 30_000)
 
     def test_text_of_files_is_escaped(self):
         self.assertIn("&lt;script&gt;alert(1)&lt;/script&gt;", self.page)
@@ -208,10 +220,12 @@ class WrittenReport(unittest.TestCase):
         self.assertLessEqual(set(re.findall(r"url\(#([^)]+)\)", self.page)), set(ids))
 
     def test_known_and_unknown_records_are_drawn(self):
-        self.assertEqual(self.page.count("<svg"), 2 + 6 + 2)  # of tensile-two, filament-three and the two other filaments
+        drawn = 2 + 6 + 2  # of tensile-two, filament-three and the two other filaments
+        self.assertEqual(self.page.count('class="plot"'), drawn + 1)  # and the filament of the first screen
+        self.assertEqual(self.page.count('class="thumb"'), 6)
 
     def test_record_too_short_for_a_figure_is_a_table(self):
-        self.assertRegex(self.page, r'title="-0.059"')
+        self.assertIn("<td>−0.059", self.page)
 
     def test_same_input_gives_the_same_page(self):
         again = self.folder / "again.html"
@@ -247,8 +261,8 @@ class Ledger(unittest.TestCase):
             self.assertIn(f"statements of the paper: {words}\n", out)
             self.assertIn(f"2 statements: {words}", page)
             self.assertIn("E = &lt;1&gt;", page)
-            self.assertRegex(page, r"published <span[^>]*><span[^>]*>1<")
-            self.assertRegex(page, r"must lie beyond <span[^>]*>1</span> ± ")
+            self.assertIn("published 1", page)
+            self.assertIn("must lie beyond 1 ± 0.5", page)
             ran = run(folder, "--claims", Path(folder, "absent.json"))
             self.assertEqual(ran.returncode, 2)
 
@@ -359,8 +373,7 @@ class Cost(unittest.TestCase):
             self.assertEqual(written.returncode, 0, written.stderr)
             page = (Path(folder) / "report.html").read_text("utf-8")
         section = page[page.index("What a scene costs by its size") :]
-        self.assertIn(">2</span> ns", section)
-        self.assertIn(">64</span> B", section)
+        self.assertIn("<td>2 ns<td>64 B", section)
 
 
 class WhereItIsWritten(unittest.TestCase):
@@ -409,7 +422,7 @@ class WhereItIsWritten(unittest.TestCase):
     def test_full_standard_output_is_an_error(self):
         with open("/dev/full", "w") as full:
             words = [sys.executable, "-B", REPORT, self.folder]
-            ran = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True)
+            ran = subprocess.run(words, stdout=full, stderr=subprocess.PIPE, text=True, env=ENVIRONMENT)
         self.assertEqual(ran.returncode, 4)
         self.assertRegex(ran.stderr, r"^standard output: cannot be written \(.+\)\. ")
         self.assertNotIn("Exception ignored", ran.stderr)

@@ -112,7 +112,7 @@ def outlook(results, nodes=(1e7, 1e8, 1e9)):
     return found
 
 
-def picture(results, key):
+def picture(results):
     """Time over size times a constant: level where time is proportional to size."""
     drawn = of_sizes(results)
     if not drawn:
@@ -132,4 +132,4 @@ def picture(results, key):
     panel.set_ylim(bottom=0)
     legend_above(panel, handles)
     caption = "How the run time grows with the scene, all over the largest size: level where it is proportional to its size, below 1 where caches hold it, above where a start costs."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))

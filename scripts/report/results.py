@@ -287,12 +287,27 @@ def load(path):
         raise UnreadableResult(f"{path}: not as schema {SCHEMA} says ({why}). {again}") from problem
 
 
-def load_all(folder):
-    """Results and Unreadables of all *.h5 in a folder, each sorted by the stem of its name."""
-    results, unreadable = [], []
-    for path in sorted(Path(folder).glob("*.h5"), key=lambda path: path.stem):
-        try:
-            results.append(load(path))
-        except UnreadableResult as problem:
-            unreadable.append(Unreadable(path, plain(str(problem))))
-    return results, unreadable
+def read_file(path):
+    """The Result of a file, or why there is none."""
+    try:
+        return load(path)
+    except UnreadableResult as problem:
+        return Unreadable(path, plain(str(problem)))
+
+
+def files(folder):
+    """All *.h5 of a folder, sorted by the stems of their names."""
+    return sorted(Path(folder).glob("*.h5"), key=lambda path: path.stem)
+
+
+def fingerprint(path):
+    """Text that changes with the content of a file; of one that is no whole result, with its size and date."""
+    try:
+        state = path.stat()
+        if stat.S_ISREG(state.st_mode):
+            with path.open("rb") as file:
+                if f"\nbytes {state.st_size - SEAL}\n".encode() in file.read(SEAL):
+                    return hashlib.file_digest(file, "sha256").hexdigest()
+        return f"odd {state.st_mode} {state.st_size} {state.st_mtime_ns}"
+    except OSError as problem:
+        return str(problem)

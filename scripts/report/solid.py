@@ -17,7 +17,7 @@ from report.drawing import (
 )
 
 
-def period_precision(result, record, key):
+def period_precision(result, record):
     """Error of each row against its run time, the timing phase `<record>/<row>`, and against the steps; both log-log.
 
     Sub-steps of an outer step, the record `substeps`, are drawn beside plain steps.
@@ -59,10 +59,10 @@ def period_precision(result, record, key):
     if len(handles) > 1:
         legend_above(axes[0], handles)
     caption = "What accuracy a second of computing buys; dotted: second order. One run each: read the times to a factor of two."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def elastica(result, record, key):
+def elastica(result, record):
     """Tip of the bent beam, one marker per length, on the curve of the elastica; deflection above, reach below."""
     exact = result.records.get("elastica_exact")
     if not drawable(record, "length", "load", "deflection", "reach") or not drawable(exact, "load", "deflection", "reach"):
@@ -81,10 +81,10 @@ def elastica(result, record, key):
     legend_above(panels[0], handles)
     panels[-1].set_xlabel(column_label(record.columns["load"]))
     caption = "Tip of the clamped beam under a dead load: along the load (above) and along the undeformed axis (below)."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def buckling(result, record, key):
+def buckling(result, record):
     """Critical load over Euler's against slenderness, beside the two theories with shear."""
     if not drawable(record, "length", "load", "euler", "engesser", "haringx"):
         return None
@@ -101,10 +101,10 @@ def buckling(result, record, key):
     axes.set_ylabel("critical load over Euler's [1]")
     legend_above(axes, handles)
     caption = "Critical load of the pinned column over Euler's; both theories with shear are those of the compressed lattice."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def standing_waves(result, record, key):
+def standing_waves(result, record):
     """Frequency of standing waves against the wave number: measured, of the lattice with and without steps, of long waves."""
     if not drawable(record, "wave_number", "omega", "omega_leapfrog", "omega_lattice", "omega_continuum"):
         return None
@@ -120,4 +120,4 @@ def standing_waves(result, record, key):
     axes.set_ylabel(quantity("angular frequency", "", record.columns["omega"].dimension))
     legend_above(axes, handles)
     caption = "Dispersion of standing waves, measured by dynamics."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
