@@ -12,6 +12,8 @@ from matplotlib import figure, ticker
 from matplotlib.lines import Line2D
 
 from report import svg
+from report.panel import Panel
+from report.text import RAISED, raised
 
 # The defaults first: a user's own matplotlibrc must not change the report.
 matplotlib.style.use(["default", str(Path(__file__).with_name("style.mplstyle"))])
@@ -60,9 +62,6 @@ def column_label(column):
     return quantity(column.name.replace("_", " "), column.symbol, column.dimension)
 
 
-RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
 class LogLabels(ticker.LogFormatterSciNotation):
     """Labels of a logarithmic axis as plain text: a formula costs as much time as all else of a figure."""
 
@@ -79,7 +78,7 @@ class Labels(ticker.ScalarFormatter):
         super().__init__(useMathText=False)
 
     def get_offset(self):
-        return re.sub(r"^1?e([-−+]?\d+)$", lambda found: "×10" + found.group(1).lstrip("+").translate(RAISED), super().get_offset())
+        return raised(super().get_offset())
 
 
 def label_plainly(drawing):
@@ -98,10 +97,15 @@ def inline_svg(drawing, label, hints=()):
     return svg.svg_of(drawing, label, hints)
 
 
+def panels_of(drawing, rows, columns, **options):
+    """Panels of a drawing, by row and column."""
+    return drawing.subplots(rows, columns, squeeze=False, subplot_kw={"axes_class": Panel}, **options)
+
+
 def canvas(panels=1, height=HEIGHT, width=WIDTH, **options):
     """An empty drawing and its axes, stacked."""
     drawing = figure.Figure(figsize=(width, height))
-    axes = drawing.subplots(panels, 1, squeeze=False, **options)[:, 0]
+    axes = panels_of(drawing, panels, 1, **options)[:, 0]
     return drawing, axes
 
 
@@ -140,7 +144,7 @@ def label_points(axes, steps):
         if np.log(step / kept[-1]) >= room:
             kept.append(step)
     steps = kept
-    axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
+    axes.set_xticks(steps, [raised(f"{step:.3g}") for step in steps])
     axes.set_xticks([], minor=True)
 
 

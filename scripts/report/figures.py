@@ -43,7 +43,6 @@ KINDS = {
     "stress_strain": (bond.stress_strain, bond.curve_error, bond.moduli, bond.moduli_near_rest),
     "moduli": (bond.moduli, bond.moduli_near_rest),
     "convergence": (fluid.convergence,),
-    "work_precision": (solid.period_precision,),
     "delta_sums": (coupling.delta_scan,),
     "delta_imbalances": (coupling.delta_scan,),
     "delta_first_moments": (coupling.delta_scan,),
@@ -55,7 +54,6 @@ KINDS = {
     "profile": (fluid.profile,),
     "section": (fluid.section,),
     "drift": (fluid.drift,),
-    "substeps": (),  # drawn beside work_precision
     "bond_table": (peer.bond_table,),
     "angle_table": (peer.angle_table,),
     "node_forces": (peer.node_forces,),

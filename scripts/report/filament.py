@@ -19,6 +19,7 @@ from report.drawing import (
     inline_svg,
     legend_above,
     limits,
+    panels_of,
     powers,
     quantity,
     upright,
@@ -91,7 +92,7 @@ def strip(result):
     rows = -(-len(phases) // 2)
     tall = 0.5 * (WIDTH - 0.8) * np.ptp(box[1]) / np.ptp(box[0])
     drawing = figure.Figure(figsize=(WIDTH, min(rows * (tall + 0.12) + 0.7, 5.0)))
-    panels = drawing.subplots(rows, 2, squeeze=False, sharex=True, sharey=True)
+    panels = panels_of(drawing, rows, 2, sharex=True, sharey=True)
     top = extent(film["speed"])[1] if with_flow else 1.0
     for axes, phase in zip(panels.flat, phases):
         if with_flow:
@@ -112,7 +113,7 @@ def strip(result):
         axes.set_ylim(*box[1])
         axes.set_aspect("equal")
         axes.text(0.03, 0.9, f"t = {phase:g} T", transform=axes.transAxes, verticalalignment="top")
-        axes.grid(False)
+        axes.grid_along = set()
     legend_above(panels[0, 0], handles)
     for axes in panels[-1]:
         axes.set_xlabel(quantity("y", "", lines.columns["y"].dimension))
@@ -143,7 +144,7 @@ def law_deviation(result, record):
         style = dict(facecolor=f"C{number}", linewidth=0)
         axes.bar(places + shift, record[name], 0.9 * width, **style)
         handles.append(Patch(label=DEVIATIONS[name], **style))
-    axes.grid(False, axis="x")
+    axes.grid_along = {"y"}
     axes.set_xticks(places, [f"{phase:g}" for phase in record["phase"]])
     axes.set_xlabel("time in the last period t/T [1]")
     axes.set_ylabel("distance over amplitude z₀ [1]")
@@ -273,7 +274,7 @@ def film(result, record):
     rows = -(-len(phases) // FILM_COLUMNS)
     tall = 0.5 * (WIDTH - 0.7) * (box[3] - box[2]) / (box[1] - box[0])  # inches of a panel
     drawing = figure.Figure(figsize=(WIDTH, min(rows * (tall + 0.12) + 1.0, 9.0)))
-    panels = drawing.subplots(rows, FILM_COLUMNS, squeeze=False, sharex=True, sharey=True)
+    panels = panels_of(drawing, rows, FILM_COLUMNS, sharex=True, sharey=True)
     # Slow flow fills most of the plane: the root gives it more of the colours.
     scale = PowerNorm(0.5, 0.0, extent(speed)[1] or 1.0)
     for axes, phase, seen in zip(panels.flat, phases, speed):
@@ -286,7 +287,7 @@ def film(result, record):
         axes.text(0.03, 0.96, f"t = {phase:g} T", transform=axes.transAxes, verticalalignment="top")
         axes.set_xlim(box[0], box[1])
         axes.set_ylim(box[2], box[3])
-        axes.grid(False)
+        axes.grid_along = set()
     for axes in panels.flat[len(phases) :]:
         axes.set_visible(False)
     for axes in panels[-1]:

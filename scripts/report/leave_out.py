@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib import figure
 
-from report.drawing import NARROW, Figure, inline_svg
+from report.drawing import NARROW, Figure, inline_svg, panels_of
 
 ROUNDING = 1e-9  # relative changes below count as rounding
 AS_IT_STANDS = "as it stands"
@@ -107,7 +107,7 @@ def saved(results):
     if seconds is not None:
         columns.append((np.array([seconds[row] - seconds[0] for row in chosen]), "s"))
     drawing = figure.Figure(figsize=(NARROW, max(1.4, 0.8 + 0.22 * len(chosen))))
-    panels = drawing.subplots(1, len(columns), sharey=True, squeeze=False)[0]
+    panels = panels_of(drawing, 1, len(columns), sharey=True)[0]
     places = np.arange(len(chosen))
     for panel, (values, unit) in zip(panels, columns):
         panel.barh(places, values, color="C0", height=0.6, linewidth=0)
@@ -116,7 +116,7 @@ def saved(results):
         panel.locator_params(axis="x", nbins=4)
         panel.set_xlim(min(0.0, 1.5 * values.min()), 1.3 * max(values.max(), 0.0) or 1.0)
         panel.set_ylim(len(chosen) - 0.4, -0.6)
-        panel.grid(False, axis="y")
+        panel.grid_along = {"x"}
         for place, value in zip(places, values):
             panel.annotate(
                 f"{value:.3g}".replace("-", "−"),

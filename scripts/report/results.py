@@ -158,13 +158,12 @@ def attributes(node):
     return {name: plain(value) for name, value in node.attrs.items()}
 
 
-def table(group):
-    """Columns of a table by name, in the order that the table states."""
-    names = plain(group.attrs["columns"]) if "columns" in group.attrs else list(group)
-    columns = {name: plain(group[name][()]) for name in names}
-    if len({len(values) for values in columns.values()}) > 1:
+def table(group, of=lambda name, data: plain(data[()])):
+    """Columns of a table by name, in the order that the table states; `of` says what is wanted of each."""
+    columns = {name: group[name] for name in (plain(group.attrs["columns"]) if "columns" in group.attrs else group)}
+    if len({data.shape for data in columns.values()}) > 1:
         raise ValueError(f"the columns of {group.name} differ in length")
-    return columns
+    return {name: of(name, data) for name, data in columns.items()}
 
 
 def rows(file, place):
@@ -183,18 +182,14 @@ def typed(kind, row):
     return kind(**row)
 
 
+def column(name, data):
+    stated = attributes(data)
+    described = {key: stated.get(key, "") for key in ("symbol", "dimension", "meaning")}
+    return Column(name=plain(name), values=np.asarray(plain(data[()])), **described)
+
+
 def record(group, name):
-    columns = {}
-    for column, values in table(group).items():
-        stated = attributes(group[column])
-        columns[column] = Column(
-            name=plain(column),
-            values=np.asarray(values),
-            symbol=stated.get("symbol", ""),
-            dimension=stated.get("dimension", ""),
-            meaning=stated.get("meaning", ""),
-        )
-    return Record(name=plain(name), title=attributes(group).get("title", ""), columns=columns)
+    return Record(name=plain(name), title=plain(group.attrs.get("title", "")), columns=table(group, column))
 
 
 def reference(group, name):

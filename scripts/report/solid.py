@@ -1,4 +1,4 @@
-"""Figures of lattice-spring bodies: bending, buckling, waves, stability, periods."""
+"""Figures of lattice-spring bodies: bending, buckling, waves."""
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -15,51 +15,6 @@ from report.drawing import (
     legend_above,
     quantity,
 )
-
-
-def period_precision(result, record):
-    """Error of each row against its run time, the timing phase `<record>/<row>`, and against the steps; both log-log.
-
-    Sub-steps of an outer step, the record `substeps`, are drawn beside plain steps.
-    """
-    if not record.has("steps_per_period"):
-        return None
-    times = {row["phase"]: row["wall_seconds"] for row in result.timing}
-    drawing, axes = canvas(panels=2, height=5.2)
-    handles, all_steps = [], []
-    styles = (("work_precision", "steps_per_period", "plain steps", "o-"), ("substeps", "substeps", "sub-steps of 1", "s--"))
-    for colour, (name, labels, legend, style) in enumerate(styles):
-        rows = result.records.get(name)
-        if not drawable(rows, "steps_per_period", "error", labels):
-            continue
-        seconds = np.array([times.get(f"{name}/{row}", np.nan) for row in range(len(rows))])
-        error, steps = rows["error"], rows["steps_per_period"]
-        drawn = (error > 0) & (seconds > 0)
-        if not drawn.any():
-            continue
-        handles += axes[0].loglog(1000 * seconds[drawn], error[drawn], style, color=f"C{colour}", label=legend)
-        for x, y, label in zip(1000 * seconds[drawn], error[drawn], rows[labels][drawn]):
-            axes[0].annotate(f"{label:.0f}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7)
-        axes[1].loglog(steps[drawn], error[drawn], style, color=f"C{colour}")
-        if not all_steps:
-            first = np.flatnonzero(drawn)[0]
-            line = 0.4 * error[first] * (steps[drawn] / steps[first]) ** -2
-            axes[1].plot(steps[drawn], line, ":", color=f"C{colour}", linewidth=1)
-            label_points(axes[1], steps[drawn])
-        all_steps.extend(steps[drawn])
-    if not all_steps:
-        return None
-    axes[0].set_xlabel("run time of the row [ms]; labels: steps per period, or sub-steps")
-    axes[1].set_xlabel(column_label(record.columns["steps_per_period"]))
-    for panel in axes:
-        panel.set_xscale("log")
-        panel.set_yscale("log")
-        panel.set_ylabel("relative error [1]")
-        panel.margins(x=0.12, y=0.15)
-    if len(handles) > 1:
-        legend_above(axes[0], handles)
-    caption = "What accuracy a second of computing buys; dotted: second order. One run each: read the times to a factor of two."
-    return Figure(caption, inline_svg(drawing, caption))
 
 
 def elastica(result, record):

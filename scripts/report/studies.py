@@ -412,7 +412,6 @@ def ablate_difference(result, record):
     panel.set_xscale("log")
     panel.set_yticks(range(len(metrics)), [m.replace("_", " ") for m in metrics])
     panel.set_xlabel("relative difference [1]")
-    panel.grid(axis="y", linewidth=0.4)
     legend_above(panel, handles)
     caption = "How far each variant moves the metrics of the case; what it does not move is not shown."
     return Figure(caption, inline_svg(drawing, caption))

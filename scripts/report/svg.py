@@ -20,6 +20,8 @@ from matplotlib.path import Path
 from matplotlib.transforms import Affine2D, Bbox
 from PIL import Image  # comes with matplotlib
 
+from report.text import raised
+
 SCALE = 10  # units of the drawing in a point
 TEXT = 9  # points
 LINE, TICKS, GAP = 12, 10.5, 4  # heights of a line of text, of tick labels, and a distance
@@ -211,14 +213,13 @@ class Side:
             places = np.array([m * 10.0**e for e in range(-30, 30) for m in (1, 2, 5) if low <= m * 10.0**e <= high])
             if len(places) < 2:
                 places = ticker.MaxNLocator(4).tick_values(low, high)[1:-1]
-            labels = [f"{place:.3g}" for place in places]
+            labels = [raised(f"{place:.3g}") for place in places]
         else:
             labels = formatter.format_ticks(places)
         self.places, self.labels = places, [str(label).replace("-", "−") for label in labels]
         shown = axis._major_tick_kw.get("label1On", True)
         self.offset = formatter.get_offset() if shown else ""
         self.labels = self.labels if shown else [""] * len(places)
-        self.grid = bool(axis._major_tick_kw.get("gridOn", False))
         self.title = axis.get_label_text()
         self.widest = max(map(width_of, self.labels), default=0)
 
@@ -229,7 +230,7 @@ class Frame:
     def __init__(self, axes, width):
         self.axes = axes
         self.x, self.y = Side(axes.xaxis), Side(axes.yaxis)
-        self.legend = rows_of_legend(getattr(axes, "legend_handles", []), width - 8)
+        self.legend = rows_of_legend(axes.legend_handles, width - 8)
         self.title = axes.get_title(loc="left")
         titles = self.y.title.split("\n") if self.y.title else []
         self.left = (LINE * len(titles) + 2) + (self.y.widest + GAP if self.y.widest else GAP)
@@ -293,7 +294,8 @@ def draw_frame(canvas, frame):
     axes, box = frame.axes, frame.axes.bbox
     xs = axes.transData.transform([(place, axes.get_ylim()[0]) for place in frame.x.places])[:, 0] if len(frame.x.places) else []
     ys = axes.transData.transform([(axes.get_xlim()[0], place) for place in frame.y.places])[:, 1] if len(frame.y.places) else []
-    lines = [((x, box.y0), (x, box.y1)) for x in xs if frame.x.grid] + [((box.x0, y), (box.x1, y)) for y in ys if frame.y.grid]
+    lines = [((x, box.y0), (x, box.y1)) for x in xs if "x" in axes.grid_along]
+    lines += [((box.x0, y), (box.x1, y)) for y in ys if "y" in axes.grid_along]
     if lines:
         ends = [canvas.flip.transform(line).round().astype(int) for line in lines]
         grid = "".join(f"M{a[0]} {a[1]}" + (f"V{b[1]}" if a[0] == b[0] else f"H{b[0]}") for a, b in ends)

@@ -12,6 +12,15 @@ PRINTED = 10  # a target of at most that many digits counts as a printed number
 MARKS = {"pass": "✓", "fail": "✗", "error": "!", "finding": "◇", "measured": "·"}
 
 
+RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def raised(text):
+    """Powers of ten as people write them: "2e-06" as "2×10⁻⁶", "1e5" as "×10⁵" where it multiplies an axis."""
+    text = re.sub(r"e([-−+]?)0*(\d+)", lambda found: "×10" + (found.group(1).strip("+") + found.group(2)).translate(RAISED), text)
+    return re.sub(r"^1(?=×10)", "", text)
+
+
 def powers_of_ten(mantissa, exponent):
     return Markup("{} × 10<sup>{}</sup>").format(mantissa, str(exponent).replace("-", "−"))
 
