@@ -3,6 +3,7 @@
 import numpy as np
 from matplotlib import figure
 
+from report import studies
 from report.drawing import NARROW, Figure, inline_svg, panels_of
 
 ROUNDING = 1e-9  # relative changes below count as rounding
@@ -75,11 +76,6 @@ def sentences(found):
     return text
 
 
-def repeats(result):
-    """What stands for a time, in words."""
-    return ", medians of repeats" if "median" in result.records["ablate_cost"].columns["wall_seconds"].meaning else ""
-
-
 def without_effect(result, record):
     """Rows of the variants that build more and change nothing beyond rounding."""
     more = record["parts_bytes"] - record["parts_bytes"][0]
@@ -104,13 +100,18 @@ def saved(results):
     chosen, seconds = without_effect(result, record), seconds_of(result)
     names = [str(record["variant"][row]).removeprefix("with ") for row in chosen]
     columns = [(np.array([record["parts_bytes"][row] - record["parts_bytes"][0] for row in chosen]) / 1e6, "MB")]
-    if seconds is not None:
+    timed = seconds is not None and studies.are_medians(result.records["ablate_cost"])
+    if timed:
         columns.append((np.array([seconds[row] - seconds[0] for row in chosen]), "s"))
+        cost = result.records["ablate_cost"]
+        bars = [[abs(cost[f"{end}_wall_seconds"][row] - seconds[row]) for row in chosen] for end in ("min", "max")]
     drawing = figure.Figure(figsize=(NARROW, max(1.4, 0.8 + 0.22 * len(chosen))))
     panels = panels_of(drawing, 1, len(columns), sharey=True)[0]
     places = np.arange(len(chosen))
     for panel, (values, unit) in zip(panels, columns):
         panel.barh(places, values, color="C0", height=0.6, linewidth=0)
+        if unit == "s":  # of repeats, from the fastest to the slowest
+            panel.errorbar(values, places, xerr=bars, fmt="none", ecolor="#222222", elinewidth=1)
         panel.axvline(0, color="#555555", linewidth=0.8)
         panel.set_xlabel(f"more if built [{unit}]")
         panel.locator_params(axis="x", nbins=4)
@@ -130,5 +131,5 @@ def saved(results):
     caption = (
         f"{result.title}: what each part would cost if it were built, all without effect. The scene takes {record['parts_bytes'][0] / 1e6:.4g} MB"
     )
-    caption += f" and {seconds[0]:.3g} s{repeats(result)}." if seconds is not None else "."
+    caption += f" and {seconds[0]:.3g} s, medians of repeats, bars from the fastest to the slowest." if timed else "."
     return Figure(caption, inline_svg(drawing, caption))

@@ -158,11 +158,9 @@ def sweep_cost(result, record):
     if drawn is None:
         return None
     panels, drawing, caption, hints = drawn
-    low, high = (np.abs(record[f"{end}_wall_seconds"] - record["wall_seconds"]) for end in ("min", "max"))
-    for panel in panels:
-        for line in [line for line in panel.get_lines() if len(line.get_xdata()) == len(record)]:
-            panel.errorbar(record["wall_seconds"], table[errors_of(metrics)[0]], xerr=(low, high), fmt="none", ecolor="#B8BCC0", zorder=0)
-            break
+    for panel, (_, names_of_panel) in zip(panels, in_panels([m for m in errors_of(metrics)[:MANY_METRICS] if np.isfinite(table[m]).sum() >= 2])):
+        errors = np.abs(table[names_of_panel[0]])
+        spread(panel, record, record["wall_seconds"], errors, np.isfinite(errors) & (errors > 0))
     panels[-1].set_xlabel("run time of the row [s]")
     return Figure(caption, inline_svg(drawing, caption, hints))
 
@@ -203,9 +201,7 @@ def front(result, record):
     seen = (errors > 0) & np.isfinite(errors)
     handles = panel.plot(prices[seen], errors[seen], "o", color="#B8BCC0", markersize=4, label="beaten by another setting")
     if "sweep_cost" in result.records and price.name == "wall_seconds":
-        cost = result.records["sweep_cost"]
-        low, high = (np.abs(cost[f"{end}_wall_seconds"] - prices)[seen] for end in ("min", "max"))
-        panel.errorbar(prices[seen], errors[seen], xerr=(low, high), fmt="none", ecolor="#B8BCC0", elinewidth=0.8, zorder=0)
+        spread(panel, result.records["sweep_cost"], prices, errors, seen)
     best = error.values > 0
     handles += panel.plot(price.values[best], error.values[best], "s-", color="C0", label="worth its price")
     table, axes = result.records["sweep"], axes_of(record, error.name)
@@ -234,6 +230,12 @@ def front(result, record):
     if price.name == "wall_seconds":
         caption += " Times are medians, bars reach from the fastest to the slowest repeat."
     return Figure(caption, inline_svg(drawing, caption, hints))
+
+
+def spread(panel, cost, prices, errors, seen):
+    """Bars from the fastest to the slowest repeat."""
+    low, high = (np.abs(cost[f"{end}_wall_seconds"] - prices)[seen] for end in ("min", "max"))
+    panel.errorbar(prices[seen], errors[seen], xerr=(low, high), fmt="none", ecolor="#B8BCC0", elinewidth=0.8, zorder=0)
 
 
 def told(where, error, price, name):
@@ -272,7 +274,10 @@ def error_against_time(results):
             hints.append((panel, price.values[row], error.values[row], told(where, error.values[row], price.values[row], price.name)))
         if "sweep" in result.records:
             _, _, errors, prices = priced(result, record)
-            panel.plot(prices[errors > 0], errors[errors > 0], ".", color="#B8BCC0", markersize=3, zorder=0)
+            seen = (errors > 0) & np.isfinite(errors)
+            panel.plot(prices[seen], errors[seen], ".", color="#B8BCC0", markersize=3, zorder=0)
+            if timed:
+                spread(panel, result.records["sweep_cost"], prices, errors, seen)
             outcomes = result.records["sweep"]["outcome"]
             for outcome in sorted(set(outcomes) - {"completed"}):
                 lost.setdefault(str(outcome), []).extend(prices[(outcomes == outcome) & (prices > 0)])
@@ -289,6 +294,7 @@ def error_against_time(results):
     legend_above(panel, handles)
     caption = "Error against run time" if timed else "Error against work"
     caption += ": for each family the settings that no other beats, those that are beaten in grey. Each error is what its case says it is."
+    caption += " Times are medians, bars reach from the fastest to the slowest repeat." if timed else ""
     return Figure(caption, inline_svg(drawing, caption, hints))
 
 
