@@ -114,7 +114,8 @@ def report_of(paths, ledger, out):
     """Page, table of verdicts and complaints: kept ones, if nothing has changed that they depend on."""
     code = cache.of_files(HERE, ".py", ".mplstyle", ".j2", ".css", ".js")
     found = {path: results.fingerprint(path) for path in paths}
-    names = [name for folder in ("cases", "reference") for name in sorted(os.listdir(HERE.parents[1] / folder))]
+    linked = [HERE.parents[1] / folder for folder in ("cases", "reference")]  # whose files the page leads to
+    names = [name for folder in linked if folder.is_dir() for name in sorted(os.listdir(folder))]
     inputs = [text for path, fingerprint in found.items() for text in (str(path), fingerprint)]
     key = cache.checksum(code, json.dumps(ledger), str(out.absolute()), *names, *inputs)
     kept = cache.Cache(cache.home())

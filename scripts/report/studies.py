@@ -7,6 +7,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from report.drawing import MARK, NARROW, TALL, Figure, canvas, column_label, drawable, inline_svg, label_points, legend_above, markers
+from report.text import raised
 
 MANY_METRICS, MANY_LINES = 4, 8  # panels of a figure, curves of a panel
 WORDS_OF_ERRORS = ("error", "departure", "deviation", "difference")
@@ -240,7 +241,8 @@ def spread(panel, cost, prices, errors, seen):
 
 def told(where, error, price, name):
     """What the page says of a setting under the pointer."""
-    return f"{where}: error {error:.3g}, " + (f"{price:.3g} s" if name == "wall_seconds" else f"{price:.3g} {name.replace('_', ' ')}")
+    amount = f"{price:.3g} s" if name == "wall_seconds" else f"{price:.3g} {name.replace('_', ' ')}"
+    return raised(f"{where}: error {error:.3g}, {amount}")
 
 
 def families(results):
