@@ -298,6 +298,10 @@ class OddFiles(unittest.TestCase):
             Path(os.fsdecode(os.fsencode(folder) + b"/b\xffd.h5")).write_text("text")
             write_result(folder, "odd-types", "pass", [CHECK | dict(margin="text")])
             write_result(folder, "odd-record", "pass", [CHECK], records=[("stress_strain", dict(strain=["a"], stress=["b"]))])
+            words = dict(a=["x", "y"], outcome=["completed"] * 2, node_updates=["z"] * 2, parts_bytes=["u"] * 2, boundary=["v"] * 2)
+            odd = [(name, words) for name in ("sweep", "sweep_cost", "sweep_front", "sweep_reached", "outcome_boundary", "centre_lines", "film")]
+            ablation = words | dict(variant=["as it stands", "with"], moved=["w"] * 2, origin=["kept"] * 2)
+            write_result(folder, "cost-of-odd", "pass", records=[*odd, ("ablate", ablation), ("ablate_cost", words), ("potential", words)])
             ran = run(folder)
             self.assertEqual(ran.returncode, 0, ran.stderr)
             self.assertNotIn("Traceback", ran.stderr)

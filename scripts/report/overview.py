@@ -113,5 +113,4 @@ def left_out(results):
     return Panel("Left out", leave_out.saved(results), line, "left-out")
 
 
-def panels(results):
-    return [accuracy(results), stable(results), left_out(results)]
+PANELS = (accuracy, stable, left_out)

@@ -22,6 +22,7 @@ SECTIONS = {
     "cost": "Cost by size",
     "laws": "Laws side by side",
 }
+PANELLED = ("ledger", "accuracy", "stability", "left-out")  # any of these makes the three panels worth their place
 SMALL_ROWS, SMALL_COLUMNS = 12, 8  # records of at most that size are shown as tables
 # As what a statement of the paper is marked, by its standing.
 STANDING_MARKS = {
@@ -69,6 +70,15 @@ def figures_of(result):
     except Exception as problem:  # one odd result must not cost the others their page
         print(f"{result.file}: no figures ({type(problem).__name__}: {problem})", file=sys.stderr)
         return []
+
+
+def tried(make, results_read, otherwise):
+    """What is made of all results; `otherwise`, where an odd one among them stops it."""
+    try:
+        return make(results_read)
+    except Exception as problem:
+        print(f"{make.__module__}.{make.__name__}: left out ({type(problem).__name__}: {problem})", file=sys.stderr)
+        return otherwise
 
 
 def read_and_draw(path, key, kept):
@@ -151,13 +161,14 @@ def render(results_read, figures_by_file, unreadable, ledger, out):
     """The whole HTML page; `ledger` may be None."""
     entries = ledger_rows(ledger["claims"], results_read) if ledger else []
     standing = text.as_they_stand(results_read)
-    filament, filament_figure = overview.picture_of_filament(standing)
-    side_figures = bond.bond_laws(results_read), bond.bond_laws_secant(results_read)
-    left_out = leave_out.rows(results_read)
-    stiffness = stability.compared(results_read)
-    growth, answers = cost.growth(results_read), studies.answers(results_read)
+    filament, filament_figure = tried(overview.picture_of_filament, standing, (None, None))
+    side_figures = [tried(draw, results_read, None) for draw in (bond.bond_laws, bond.bond_laws_secant)]
     law_figures = [drawn for drawn in side_figures if drawn is not None]
+    left_out = tried(leave_out.rows, results_read, [])
+    stiffness = tried(stability.compared, results_read, [])
+    growth, answers = tried(cost.growth, results_read, []), tried(studies.answers, results_read, [])
     there = dict(zip(SECTIONS, (entries, answers, stiffness, left_out, growth, law_figures)))
+    panels = [tried(panel, standing, None) for panel in overview.PANELS] if any(there[name] for name in PANELLED) else []
     page = environment().get_template("page.html.j2").render(
         results=results_read,
         groups=topics.grouped(results_read),
@@ -173,23 +184,23 @@ def render(results_read, figures_by_file, unreadable, ledger, out):
         standings=ledger["counts"] if ledger else {},
         marked=STANDING_MARKS,
         claim_ids={entry["id"] for entry in entries},
-        findings=findings.of(standing) if entries else [],
+        findings=tried(findings.of, standing, []) if entries else [],
         filament=filament,
         filament_figure=filament_figure,
-        panels=overview.panels(standing) if entries or studies.families(standing) or left_out or stiffness else [],
-        laws=bond.laws(results_read),
+        panels=[panel for panel in panels if panel is not None],
+        laws=tried(bond.laws, results_read, []),
         law_figures=law_figures,
         figures=figures_by_file,
         answers=answers,
-        never_worth=studies.never_worth(results_read),
+        never_worth=tried(studies.never_worth, results_read, []),
         cost_growth=growth,
-        cost_prices=cost.prices(results_read),
-        cost_outlook=cost.outlook(results_read),
-        cost_picture=cost.picture(results_read),
+        cost_prices=tried(cost.prices, results_read, []),
+        cost_outlook=tried(cost.outlook, results_read, []),
+        cost_picture=tried(cost.picture, results_read, None),
         left_out=left_out,
-        left_out_sentences=leave_out.sentences(left_out) if left_out else [],
+        left_out_sentences=tried(leave_out.sentences, left_out, []) if left_out else [],
         left_out_effect=leave_out.effect,
-        stable_where=stability.stable_where(results_read),
+        stable_where=tried(stability.stable_where, results_read, []),
         stiffness=stiffness,
         stiffness_sentences=stability.sentences(stiffness) if stiffness else [],
         provenance=text.provenance(results_read),
