@@ -19,7 +19,7 @@ from report.text import RAISED, raised
 matplotlib.style.use(["default", str(Path(__file__).with_name("style.mplstyle"))])
 
 WIDTH, HEIGHT = 4.8, 3.3  # inches
-NARROW, TALL = 3.3, 2.3  # of the panels of the first screen
+NARROW, TALL = 3.3, 2.4  # of the panels of the first screen
 MARK = dict(color="#555555", linewidth=0.9)
 MANY_CURVES = 8  # more than these are drawn in a panel for each quantity
 FEW_ROWS, MARKED_ROWS = 6, 41  # fewer rows than these draw no curve; draw their points too

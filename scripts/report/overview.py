@@ -102,12 +102,13 @@ def left_out(results):
         line = to_run("Nothing was left out and put to the test. Run", "veriflex run ablate-paper-scene")
         return Panel("Left out", None, line, "left-out")
     rows, times = leave_out.without_effect(result, record), leave_out.seconds_of(result)
-    bytes_saved = sum(float(record["parts_bytes"][row] - record["parts_bytes"][0]) for row in rows)
-    line = Markup("{} does without {} part{}: {} saved").format(link(result), len(rows), "s" if len(rows) > 1 else "", memory(bytes_saved))
+    parts = ", ".join(str(record["variant"][row]).removeprefix("with ") for row in rows)
+    saved = sum(float(record["parts_bytes"][row] - record["parts_bytes"][0]) for row in rows)
+    line = Markup("{} leaves out, without effect, {}: {} saved beside {}").format(link(result), parts, memory(saved), memory(float(record["parts_bytes"][0])))
     if times is not None:
-        line += Markup(" and {}").format(seconds(max(0.0, sum(float(times[row] - times[0]) for row in rows))))
-    line += Markup(" of {}").format(memory(float(record["parts_bytes"][0])))
-    line += Markup(" and {}.").format(seconds(float(times[0]))) if times is not None else "."
+        longer = max(0.0, sum(float(times[row] - times[0]) for row in rows))
+        line += Markup(", {} beside {}").format(seconds(longer), seconds(float(times[0])))
+    line += "."
     if result.id != "ablate-paper-scene":
         line += Markup(" ") + to_run("The paper’s own box:", "veriflex run ablate-paper-scene")
     return Panel("Left out", leave_out.saved(results), line, "left-out")

@@ -221,7 +221,7 @@ def front(result, record):
             clip_on=False,
             label=str(outcome),
         )
-    panel.set_xlabel("run time [s]" if price.name == "wall_seconds" else column_label(price))
+    panel.set_xlabel(price_label(price))
     panel.set_ylabel(column_label(error))
     legend_above(panel, handles)
     caption = "What accuracy costs: every setting of the sweep, and those that no other beats in both."
@@ -231,6 +231,11 @@ def front(result, record):
     if price.name == "wall_seconds":
         caption += " Times are medians, bars reach from the fastest to the slowest repeat."
     return Figure(caption, inline_svg(drawing, caption, hints))
+
+
+def price_label(price):
+    """Label of the axis of what an error costs."""
+    return {"wall_seconds": "run time [s]", "bytes_moved": "memory traffic [byte]"}.get(price.name) or column_label(price)
 
 
 def spread(panel, cost, prices, errors, seen):
@@ -290,7 +295,7 @@ def error_against_time(results):
     for number, (outcome, places) in enumerate(sorted(lost.items())):
         style = dict(color="#B03030", linestyle="none", transform=panel.get_xaxis_transform(), clip_on=False)
         handles += panel.plot(places, np.full(len(places), 1.0), "x+1*"[number % 4], label=f"fails: {outcome}", **style)
-    panel.set_xlabel("run time [s]" if timed else column_label(price))
+    panel.set_xlabel(price_label(price))
     panel.set_ylabel("error [1]")
     panel.margins(x=0.06, y=0.08)
     legend_above(panel, handles)

@@ -41,7 +41,7 @@ def width_of(text, size=TEXT):
     """About how wide a text is, in points, in the sans-serif faces of the page."""
     narrow, wide = sum(c in "iljtfr.,:;'|!()[] /" for c in text), sum(c.isupper() or c in "mw%×→−" for c in text)
     raised = sum(c in "⁰¹²³⁴⁵⁶⁷⁸⁹⁻" for c in text)
-    return size * (0.31 * narrow + 0.72 * wide + 0.38 * raised + 0.55 * (len(text) - narrow - wide - raised))
+    return size * (0.31 * narrow + 0.72 * wide + 0.45 * raised + 0.55 * (len(text) - narrow - wide - raised))
 
 
 def joined(numbers):
@@ -233,7 +233,7 @@ class Frame:
         self.legend = rows_of_legend(axes.legend_handles, width - 8)
         self.title = axes.get_title(loc="left")
         titles = self.y.title.split("\n") if self.y.title else []
-        self.left = (LINE * len(titles) + 2) + (self.y.widest + GAP if self.y.widest else GAP)
+        self.left = (LINE * len(titles) + 3) + (self.y.widest + GAP if self.y.widest else GAP)
         self.right = max(GAP, width_of(self.x.labels[-1]) / 2 if self.x.labels else 0)
         self.slanted = False
         self.top = LINE * len(self.legend) + (LINE if self.title else 0) + (LINE if self.y.offset else 0) + 5
@@ -328,7 +328,7 @@ def draw_frame(canvas, frame):
     if frame.x.offset:
         canvas.text(box.x1, box.y0 - frame.bottom + 3, frame.x.offset, "end")
     for number, title in enumerate(reversed(frame.y.title.split("\n") if frame.y.title else [])):
-        x = box.x0 - frame.y.widest - GAP - 4 - LINE * number
+        x = box.x0 - frame.y.widest - GAP - 6 - LINE * number
         canvas.text(x, (box.y0 + box.y1) / 2, title, "middle", angle=90)
 
 
