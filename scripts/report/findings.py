@@ -48,8 +48,8 @@ class Case:
 def one_step(case):
     case.check("failures", "finding")
     return (
-        "With one solid step per step of the fluid, as the paper has it, the FENE-LJ filament breaks at its abrupt start. The harmonic one, said to "
-        "diverge, runs, and stays within {} of the amplitude of the FENE-LJ run with sub-steps.",
+        "With one solid step per step of the fluid, as the paper has it, the FENE-LJ filament breaks at its abrupt start. "
+        "The harmonic one, said to diverge, runs, and stays within {} of the amplitude of the FENE-LJ run with sub-steps.",
         [percent(case.metric("effect_harmonic"))],
     )
 
@@ -59,8 +59,8 @@ def stiffer(case):
     if not found:
         raise LookupError("ratio(boundary)")
     return (
-        "FENE-LJ bonds do not carry stiffer bodies: released from a small strain, at the same step and stiffness, they need {} to {} times the node mass "
-        "of harmonic bonds.",
+        "Released from a small strain, FENE-LJ bonds carry softer bodies, not stiffer ones: at the same step and stiffness they need "
+        "{} to {} times the node mass of harmonic bonds.",
         [number(min(found)), number(max(found))],
     )
 
@@ -75,10 +75,11 @@ def same_shape(case):
 
 def modulus(case):
     published = case.check("young_modulus", "finding")
+    case.check("young_modulus_at_rounded", "pass")
     linear = case.check("secant_valid_to_1pct", "finding")
     return (
-        "Young’s modulus of the bond is {} η/σ³; the printed {} comes from a rounded rest length. It describes the bond within {} only for strains from "
-        "{} to {}.",
+        "Young’s modulus of the bond is {} η/σ³; the printed {} comes from a rounded rest length. It describes the bond within {} "
+        "only for strains from {} to {}.",
         [
             number(case.metric("young_modulus"), 8),
             number(published.target, 8),
@@ -92,14 +93,15 @@ def modulus(case):
 def delta(case):
     case.check("cosine_ball_sum_min", "finding")
     return (
-        "The delta function cut to a ball is none: its weights add up to {} at least and {} on average, so that body and fluid lose force to each other.",
+        "The delta function cut to a ball is none: its weights add up to {} at least and {} on average, so that what body and "
+        "fluid exchange is lost in part.",
         [number(case.metric("cosine_ball_sum_min")), number(case.metric("cosine_ball_sum_mean"))],
     )
 
 
 def slip(case):
     check = case.check("slip", "finding")
-    return "The coupling keeps no-slip only in part: a driven slice of the rod slips by {} of its speed.", [percent(check.measured)]
+    return "The coupling keeps no-slip only in part: an oscillating slice of the rod slips by {} of its largest speed.", [percent(check.measured)]
 
 
 # The case that each sentence is about, the statements of the ledger, and the sentence, in the order of their weight.

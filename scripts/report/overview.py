@@ -104,7 +104,8 @@ def left_out(results):
     rows, times = leave_out.without_effect(result, record), leave_out.seconds_of(result)
     parts = ", ".join(str(record["variant"][row]).removeprefix("with ") for row in rows)
     saved = sum(float(record["parts_bytes"][row] - record["parts_bytes"][0]) for row in rows)
-    line = Markup("{} leaves out, without effect, {}: {} saved beside {}").format(link(result), parts, memory(saved), memory(float(record["parts_bytes"][0])))
+    line = Markup("{} leaves out, without effect, {}: ").format(link(result), parts)
+    line += f"{memory(saved)} saved beside {memory(float(record['parts_bytes'][0]))}"
     if times is not None:
         longer = max(0.0, sum(float(times[row] - times[0]) for row in rows))
         line += Markup(", {} beside {}").format(seconds(longer), seconds(float(times[0])))

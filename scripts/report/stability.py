@@ -65,7 +65,8 @@ def stiffness_limit(result, record, width=WIDTH, height=HEIGHT):
             style = dict(linestyle="-") if counts else dict(linestyle=":", mfc="none")
             panel.plot(x, stiffness, marker=marker, color=f"C{number}", **style)
             allowed = "" if counts else ", unphysical states allowed"
-            hints += [(panel, at, y, f"{law}{allowed}, {name_of(axis)} {at:.4g}: stiffness {y:.4g}; beyond: {end}") for at, y, end in zip(x, stiffness, ends)]
+            for at, y, end in zip(x, stiffness, ends):
+                hints.append((panel, at, y, f"{law}{allowed}, {name_of(axis)} {at:.4g}: stiffness {y:.4g}; beyond: {end}"))
             if counts:
                 classes.setdefault(law, []).extend(zip(x[np.isnan(stiffness)], ends[np.isnan(stiffness)]))
     for number, (law, lost) in enumerate(classes.items()):

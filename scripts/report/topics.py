@@ -60,7 +60,8 @@ def leaves(table, path=""):
     """Keys of a case file with their values; tables of tables by their numbers."""
     for key, value in table.items():
         place = f"{path}{key}"
-        if isinstance(value, dict) and value and any(isinstance(inner, (dict, list)) or len(value) > 2 for inner in value.values()):
+        many = isinstance(value, dict) and (len(value) > 2 or any(isinstance(inner, (dict, list)) for inner in value.values()))
+        if many or (isinstance(value, dict) and value and not path):
             yield from leaves(value, f"{place}.")
         elif isinstance(value, list) and value and all(isinstance(inner, dict) for inner in value):
             for number, inner in enumerate(value):
