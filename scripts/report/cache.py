@@ -7,6 +7,7 @@ import time
 from pathlib import Path
 
 KEPT = 30 * 86400  # seconds without use after which an entry is swept
+ROOM = 100e6  # bytes of all entries
 
 
 def checksum(*parts):
@@ -67,12 +68,17 @@ class Cache:
             aside.unlink(missing_ok=True)
 
     def sweep(self):
-        """Removes what nobody has used for long."""
+        """Removes what nobody has used for long, and beyond a size what was used longest ago."""
         if self.folder is None:
             return
+        entries = []
         for path in self.folder.iterdir():
             try:
-                if time.time() - path.stat().st_mtime > KEPT:
-                    path.unlink()
-            except OSError:
+                entries.append((path.stat().st_mtime, path.stat().st_size, path))
+            except OSError:  # another report has swept it
                 pass
+        size = 0
+        for used, bytes_of_it, path in sorted(entries, reverse=True):
+            size += bytes_of_it
+            if time.time() - used > KEPT or size > ROOM:
+                path.unlink(missing_ok=True)
