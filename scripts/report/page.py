@@ -16,7 +16,7 @@ from report import bond, cache, cost, drawing, figures, findings, leave_out, ove
 HERE = Path(__file__).parent
 SECTIONS = {
     "ledger": "What the paper states",
-    "accuracy": "Accuracy per second",
+    "accuracy": "What accuracy costs",
     "stability": "Stiffness by law",
     "left-out": "Parts left out",
     "cost": "Cost by size",
