@@ -359,6 +359,20 @@ class LeftOut(unittest.TestCase):
         self.assertIn("2 other changes of these scenes were seen, the least of them 1e-06 (ablate-me, in float)", page)
 
 
+    def test_panel_says_what_was_saved_and_seconds_only_of_repeats(self):
+        table = dict(variant=["as it stands", "with populations"], outcome=["completed"] * 2, node_updates=[5.0] * 2)
+        table |= dict(parts_bytes=[1e6, 3e6], message=[""] * 2, moved=[0.0, 0.0], origin=["case", "kept"])
+        cost = dict(wall_seconds=[2.0, 3.0], min_wall_seconds=[1.9, 2.9], max_wall_seconds=[2.1, 3.1])
+        for meaning, said in (("median of 3", "2 MB saved beside 1 MB, 1 s beside 2 s."), ("of one run", "2 MB saved beside 1 MB.")):
+            with tempfile.TemporaryDirectory() as folder:
+                write_result(Path(folder), "ablate-me", "measured", records=[("ablate", table), ("ablate_cost", cost)])
+                with h5py.File(Path(folder) / "ablate-me.h5", "r+") as file:
+                    file["records/ablate_cost"].attrs["title"] = "What each row cost; rows ran one after another"
+                    file["records/ablate_cost/wall_seconds"].attrs["meaning"] = meaning
+                seal(Path(folder) / "ablate-me.h5")
+                self.assertIn(said, page_of(folder))
+
+
 class Cost(unittest.TestCase):
     def test_prices_and_exponents_are_those_of_the_rows(self):
         nodes = np.array([10.0, 100.0, 1000.0])

@@ -76,10 +76,15 @@ def sentences(found):
     return text
 
 
+def medians_of(result):
+    """The same of repeats, None where each row ran once: one run's time says little of a difference."""
+    return seconds_of(result) if seconds_of(result) is not None and studies.are_medians(result.records["ablate_cost"]) else None
+
+
 def without_effect(result, record):
     """Rows of the variants that build more and change nothing beyond rounding."""
     more = record["parts_bytes"] - record["parts_bytes"][0]
-    seconds = seconds_of(result)
+    seconds = medians_of(result)
     longer = np.zeros(len(record)) if seconds is None else seconds - seconds[0]
     idle = (record["moved"] < ROUNDING) & (record["outcome"] == "completed")
     chosen = [row for row in range(1, len(record)) if idle[row] and (more[row] > 0 or longer[row] > 0)]
@@ -89,7 +94,7 @@ def without_effect(result, record):
 def largest(results):
     """The ablation of the largest scene that left something out: timed ones first."""
     found = [(result, record) for result, record in ablations(results) if without_effect(result, record)]
-    return max(found, key=lambda pair: (seconds_of(pair[0]) is not None, pair[1]["parts_bytes"][0]), default=(None, None))
+    return max(found, key=lambda pair: (medians_of(pair[0]) is not None, pair[1]["parts_bytes"][0]), default=(None, None))
 
 
 def saved(results):
@@ -97,11 +102,10 @@ def saved(results):
     result, record = largest(results)
     if result is None:
         return None
-    chosen, seconds = without_effect(result, record), seconds_of(result)
+    chosen, seconds = without_effect(result, record), medians_of(result)
     names = [str(record["variant"][row]).removeprefix("with ") for row in chosen]
     columns = [(np.array([record["parts_bytes"][row] - record["parts_bytes"][0] for row in chosen]) / 1e6, "MB")]
-    timed = seconds is not None and studies.are_medians(result.records["ablate_cost"])
-    if timed:
+    if seconds is not None:
         columns.append((np.array([seconds[row] - seconds[0] for row in chosen]), "s"))
         cost = result.records["ablate_cost"]
         bars = [[abs(cost[f"{end}_wall_seconds"][row] - seconds[row]) for row in chosen] for end in ("min", "max")]
@@ -131,5 +135,5 @@ def saved(results):
     caption = (
         f"{result.title}: what each part would cost if it were built, all without effect. The scene takes {record['parts_bytes'][0] / 1e6:.4g} MB"
     )
-    caption += f" and {seconds[0]:.3g} s, medians of repeats, bars from the fastest to the slowest." if timed else "."
+    caption += f" and {seconds[0]:.3g} s, medians of repeats, bars from the fastest to the slowest." if seconds is not None else "."
     return Figure(caption, inline_svg(drawing, caption))

@@ -101,7 +101,7 @@ def left_out(results):
     if result is None:
         line = to_run("Nothing was left out and put to the test. Run", "veriflex run ablate-paper-scene")
         return Panel("Left out", None, line, "left-out")
-    rows, times = leave_out.without_effect(result, record), leave_out.seconds_of(result)
+    rows, times = leave_out.without_effect(result, record), leave_out.medians_of(result)
     parts = ", ".join(str(record["variant"][row]).removeprefix("with ") for row in rows)
     saved = sum(float(record["parts_bytes"][row] - record["parts_bytes"][0]) for row in rows)
     line = Markup("{} leaves out, without effect, {}: ").format(link(result), parts)
@@ -111,7 +111,7 @@ def left_out(results):
         line += Markup(", {} beside {}").format(seconds(longer), seconds(float(times[0])))
     line += "."
     if result.id != "ablate-paper-scene":
-        line += Markup(" ") + to_run("The paper’s own box:", "veriflex run ablate-paper-scene")
+        line += Markup(" ") + to_run("The paper’s own box, with times:", "veriflex run ablate-paper-scene")
     return Panel("Left out", leave_out.saved(results), line, "left-out")
 
 
