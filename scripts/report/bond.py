@@ -70,7 +70,7 @@ def shade(axes, shown):
     return handles
 
 
-def potential_energy(result, record, key):
+def potential_energy(result, record):
     """Energy of the law and of the harmonic bond of the same stiffness, each zero at rest, against length."""
     if not drawable(record, "length", "strain", "energy", "energy_harmonic"):
         return None
@@ -96,10 +96,10 @@ def potential_energy(result, record, key):
     axes.set_ylabel(quantity("energy above rest", energy.symbol, energy.dimension))
     legend_above(axes, handles)
     caption = "Energy of the bond above rest, beside the harmonic bond of the same stiffness and rest length."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def tension(result, record, key):
+def tension(result, record):
     """Tension of the bond against strain, with the straight line of the same stiffness."""
     if not drawable(record, "strain", "tension"):
         return None
@@ -119,7 +119,7 @@ def tension(result, record, key):
     axes.set_ylabel(column_label(record.columns["tension"]))
     legend_above(axes, handles)
     caption = "Tension of the bond against strain, beside that of the harmonic bond."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 def keep_near(axes, curve, straight):
@@ -135,7 +135,7 @@ def zero_by_zero(record):
     return (record["strain"] == 0) & np.isnan(record["secant_ratio"])
 
 
-def moduli(result, record, key):
+def moduli(result, record):
     """Secant and tangent modulus over the modulus at rest, over the whole range of strain."""
     if not drawable(record, "strain", "secant_ratio", "tangent_ratio"):
         return None
@@ -155,10 +155,10 @@ def moduli(result, record, key):
     axes.set_ylabel(quantity("modulus over modulus at rest", "", "1"))
     legend_above(axes, handles)
     caption = "Secant and tangent modulus over that at rest; shaded: strain in which the secant stays within the tolerance."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def moduli_near_rest(result, record, key):
+def moduli_near_rest(result, record):
     """The same near zero strain: secant above, tangent below, each with its own bands."""
     if not drawable(record, "strain", "secant_ratio", "tangent_ratio"):
         return None
@@ -190,7 +190,7 @@ def moduli_near_rest(result, record, key):
     legend_above(panels[0], handles)
     panels[-1].set_xlabel(column_label(record.columns["strain"]))
     caption = "Near zero strain: the bands end where the modulus leaves 1 by the tolerance (dotted)."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 def stress_references(result):
@@ -198,7 +198,7 @@ def stress_references(result):
     return [reference for reference in result.references if drawable(reference.columns, "strain", "stress")]
 
 
-def stress_strain(result, record, key):
+def stress_strain(result, record):
     """Stress against strain, the straight line E strain, reference points and the range of validity."""
     if not drawable(record, "strain", "stress"):
         return None
@@ -223,10 +223,10 @@ def stress_strain(result, record, key):
     axes.set_ylabel(column_label(record.columns["stress"]))
     legend_above(axes, handles)
     caption = "Stress against strain; shaded: strain in which the secant modulus stays within the tolerance."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def curve_error(result, record, key):
+def curve_error(result, record):
     """Relative distance from the reference curve: of its second column, at the values of its first."""
     modulus = known(result, "young_modulus")
     if modulus is None or not drawable(record, "strain", "stress"):
@@ -253,7 +253,7 @@ def curve_error(result, record, key):
     axes.set_ylabel("relative error [1]")
     legend_above(axes, handles)
     caption = "Distance from the reference, relative to it or to what strain 0.001 gives; no distance is drawn as 2⁻⁵⁴."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 def laws(results):
@@ -279,7 +279,7 @@ def law_name(result):
     return result.id.removeprefix("derive-")
 
 
-def bond_laws(results, key):
+def bond_laws(results):
     """Potentials of all laws in reduced units, (U - U(r0)) / (E r0^3) against r / r0, with their limits."""
     drawing, (axes,) = canvas(height=3.7)
     handles, right, scale = [], 1.0, 0.0
@@ -305,10 +305,10 @@ def bond_laws(results, key):
     axes.set_ylabel("(U − U(r₀)) / (E r₀³) [1]")
     legend_above(axes, handles)
     caption = "Potentials in reduced units: all have the same curvature at rest. Thin vertical lines: where a law ends."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def bond_laws_secant(results, key):
+def bond_laws_secant(results):
     """Secant modulus over the modulus at rest of all laws."""
     drawing, (axes,) = canvas(height=3.7)
     handles = []
@@ -325,4 +325,4 @@ def bond_laws_secant(results, key):
     axes.set_ylabel("secant modulus over modulus at rest [1]")
     legend_above(axes, handles)
     caption = "Secant modulus over that at rest: equal moduli at rest are equal solids for infinitesimal strain only."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))

@@ -112,7 +112,7 @@ def outlook(results, nodes=(1e7, 1e8, 1e9)):
     return found
 
 
-def picture(results, key):
+def picture(results):
     """Time over size times a constant: level where time is proportional to size."""
     drawn = of_sizes(results)
     if not drawn:
@@ -122,14 +122,20 @@ def picture(results, key):
     for number, ((result, label, size, rows), marker) in enumerate(zip(drawn, markers())):
         record, cost = result.records["sweep"], result.records["sweep_cost"]
         x, y = record[size][rows], cost["min_wall_seconds"][rows]
-        panel.plot(x / x[-1], y / x / (y[-1] / x[-1]), marker + "-", color=f"C{number % 10}")
+        level = y[-1] / x[-1]
+        panel.plot(x / x[-1], y / x / level, marker + "-", color=f"C{number % 6}")
+        slowest = cost["max_wall_seconds"][rows] if cost.has("max_wall_seconds") else y
+        panel.errorbar(x / x[-1], y / x / level, yerr=(0 * y, (slowest - y) / x / level), fmt="none", ecolor="#B8BCC0", zorder=0)
         name = f"{result.id.removeprefix(PREFIX)} {label}"
-        handles.append(Line2D([], [], marker=marker, color=f"C{number % 10}", label=name))
+        handles.append(Line2D([], [], marker=marker, color=f"C{number % 6}", label=name))
     panel.axhline(1, color="#555555", linewidth=0.8)
     panel.set_xscale("log")
     panel.set_xlabel("size over the largest of the sweep [1]")
     panel.set_ylabel("time per size [1]")
     panel.set_ylim(bottom=0)
     legend_above(panel, handles)
-    caption = "How the run time grows with the scene, all over the largest size: level where it is proportional to its size, below 1 where caches hold it, above where a start costs."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    caption = (
+        "How the run time grows with the scene, all over the largest size: level where it is proportional to its size, below 1 where caches hold it, "
+        "above where a start costs. Points are the fastest repeat, bars reach to the slowest."
+    )
+    return Figure(caption, inline_svg(drawing, caption))

@@ -20,7 +20,7 @@ from report.drawing import (
 )
 
 
-def coupling_boundary(result, record, key):
+def coupling_boundary(result, record):
     """Least stable node mass point by point: runs, and the linearised exchange with and without the fluid's memory."""
     columns = ("point", "predicted", "forgetful", "measured", "ratio")
     if not drawable(record, *columns):
@@ -45,8 +45,7 @@ def coupling_boundary(result, record, key):
         if metric.name.startswith("measured_")
     ]
     if len(names) == len(record):
-        slanted = dict(rotation=40, horizontalalignment="right", rotation_mode="anchor") if len(names) > 4 else {}
-        ratio.set_xticks(x, names, **slanted)
+        ratio.set_xticks(x, names)
     else:
         ratio.set_xticks(x)
     ratio.set_xlim(-0.5, len(record) - 0.5)
@@ -56,10 +55,10 @@ def coupling_boundary(result, record, key):
         "Smallest node mass at which the coupling of a rod to the fluid is stable: below it perturbations grow. "
         "The map is one step, linearised, without the fluid's own motion."
     )
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def spectrum(result, record, key):
+def spectrum(result, record):
     """Eigenvalues of a step in the complex plane, beside the unit circle; what grows lies outside of it."""
     if not drawable(record, "real", "imaginary", "magnitude", "bodies"):
         return None
@@ -91,10 +90,10 @@ def spectrum(result, record, key):
         "Eigenvalues of largest magnitude of one step of the scene about rest, without its invariants. Filled marks: most of "
         "the energy is the bodies'. Outside of the circle perturbations grow."
     )
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def last_good_nodes(result, record, key):
+def last_good_nodes(result, record):
     """The body as it stood when it was last seen sound, from the side."""
     if not drawable(record, "y", "z"):
         return None
@@ -105,7 +104,7 @@ def last_good_nodes(result, record, key):
     axes.set_ylabel(column_label(record.columns["z"]))
     step = known(result, "last_good_step")
     caption = f"The body at the last good check, step {step:.0f}." if step is not None else "The body at the last good check."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 DELTA_SCANS = {
@@ -115,7 +114,7 @@ DELTA_SCANS = {
 }
 
 
-def delta_scan(result, record, key):
+def delta_scan(result, record):
     """A moment of the delta functions' weights along the diagonal of a cell, a curve for each function."""
     offset, *deltas = record.columns.values()
     if not deltas or not drawable(record, *record.columns):
@@ -130,10 +129,10 @@ def delta_scan(result, record, key):
     axes.set_ylabel(quantity(label, "", deltas[0].dimension))
     legend_above(axes, handles)
     caption = f"{words}, for a marker on the diagonal of a cell and each delta function."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def array_drag(result, record, key):
+def array_drag(result, record):
     """Drag of arrays of markers against the solid fraction, one curve for each relaxation time; below, error and slip."""
     if not drawable(record, "relaxation_time", "solid_fraction", "drag", "drag_exact", "error_drag", "slip"):
         return None
@@ -162,36 +161,31 @@ def array_drag(result, record, key):
     legend_above(above, handles)
     legend_above(below, kinds)
     caption = "Drag with the radius fitted to the most dilute array; below, error of the predicted ones and slip at the markers."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def forcing_iterations(result, record, key):
-    """Slip and errors of a plate against the forcing iterations, and against run time, the phase `iterations/<row>`."""
+def forcing_iterations(result, record):
+    """Slip and errors of a plate against the forcing iterations."""
     names = {"slip": "slip", "error_force": "force, thin plate", "error_theory": "force, plate of markers"}
     if not drawable(record, "iterations", *names):
         return None
-    times = {row["phase"]: row["wall_seconds"] for row in result.timing}
-    seconds = np.array([times.get(f"iterations/{row}", np.nan) for row in range(len(record))])
-    drawing, panels = canvas(2, height=5.2)
+    drawing, (axes,) = canvas()
     handles = []
     for number, ((name, label), marker) in enumerate(zip(names.items(), markers())):
         style = dict(color=f"C{number}", marker=marker, linestyle="-", label=label)
-        handles += panels[0].plot(record["iterations"], record[name], **style)
-        panels[1].plot(1000 * seconds, record[name], **style)
-    panels[0].set_xscale("log")
-    for panel in panels:
-        panel.set_yscale("log")
-        panel.set_ylabel("relative slip, error [1]")
-        panel.margins(x=0.12, y=0.15)
-    label_points(panels[0], record["iterations"])
-    panels[0].set_xlabel(column_label(record.columns["iterations"]))
-    panels[1].set_xlabel("run time of the row [ms]")
-    legend_above(panels[0], handles)
-    caption = "What more forcing iterations buy. One run each: read the times to a factor of two."
-    return Figure(caption, inline_svg(drawing, key, caption))
+        handles += axes.plot(record["iterations"], record[name], **style)
+    axes.set_xscale("log")
+    axes.set_yscale("log")
+    axes.set_ylabel("relative slip, error [1]")
+    axes.margins(x=0.12, y=0.15)
+    label_points(axes, record["iterations"])
+    axes.set_xlabel(column_label(record.columns["iterations"]))
+    legend_above(axes, handles)
+    caption = "What more forcing iterations buy."
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def rod_force(result, record, key):
+def rod_force(result, record):
     """Force of an oscillating rod over theory against the box, for each period; without (open) and with what the box gives back."""
     names = ("ratio_unbounded", "ratio", "lead_unbounded", "lead")
     if not drawable(record, "box", "period", "amplitude", *names):
@@ -222,10 +216,10 @@ def rod_force(result, record, key):
         "Force of the oscillating rod over that of Stokes' cylinder of the fitted radius, at an amplitude of "
         f"{record['amplitude'][0]:g} [{powers(record.columns['amplitude'].dimension)}]."
     )
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def beam_line(result, record, key):
+def beam_line(result, record):
     """Deflection of the rod in a stream and of beams under its load; below, the load."""
     if not drawable(record, "place", "deflection", "beam", "beam_without_shear", "force"):
         return None
@@ -240,4 +234,4 @@ def beam_line(result, record, key):
     below.set_xlabel(column_label(record.columns["place"]))
     legend_above(above, handles)
     caption = "Deflection of the clamped rod, and of a beam under the forces on its sections (below)."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))

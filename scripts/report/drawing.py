@@ -1,9 +1,7 @@
 """What the figures of all subjects share: the canvas, inline SVG, labels, limits."""
 
 import re
-import warnings
 from dataclasses import dataclass
-from io import StringIO
 from itertools import cycle
 from pathlib import Path
 
@@ -13,10 +11,15 @@ import numpy as np
 from matplotlib import figure, ticker
 from matplotlib.lines import Line2D
 
+from report import svg
+from report.panel import Panel
+from report.text import RAISED, raised
+
 # The defaults first: a user's own matplotlibrc must not change the report.
 matplotlib.style.use(["default", str(Path(__file__).with_name("style.mplstyle"))])
 
 WIDTH, HEIGHT = 4.8, 3.3  # inches
+NARROW, TALL = 3.3, 2.4  # of the panels of the first screen
 MARK = dict(color="#555555", linewidth=0.9)
 MANY_CURVES = 8  # more than these are drawn in a panel for each quantity
 FEW_ROWS, MARKED_ROWS = 6, 41  # fewer rows than these draw no curve; draw their points too
@@ -59,9 +62,6 @@ def column_label(column):
     return quantity(column.name.replace("_", " "), column.symbol, column.dimension)
 
 
-RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-
-
 class LogLabels(ticker.LogFormatterSciNotation):
     """Labels of a logarithmic axis as plain text: a formula costs as much time as all else of a figure."""
 
@@ -78,7 +78,7 @@ class Labels(ticker.ScalarFormatter):
         super().__init__(useMathText=False)
 
     def get_offset(self):
-        return re.sub(r"^1?e([-−+]?\d+)$", lambda found: "×10" + found.group(1).lstrip("+").translate(RAISED), super().get_offset())
+        return raised(super().get_offset())
 
 
 def label_plainly(drawing):
@@ -87,53 +87,31 @@ def label_plainly(drawing):
         for axis in (panel.xaxis, panel.yaxis):
             if type(axis.get_major_formatter()) is ticker.ScalarFormatter:
                 axis.set_major_formatter(Labels())
-            for get, put in (
-                (axis.get_major_formatter, axis.set_major_formatter),
-                (axis.get_minor_formatter, axis.set_minor_formatter),
-            ):
-                if type(get()) is ticker.LogFormatterSciNotation:
-                    put(LogLabels(labelOnlyBase=get().labelOnlyBase))
+            elif type(axis.get_major_formatter()) is ticker.LogFormatterSciNotation:
+                axis.set_major_formatter(LogLabels())
 
 
-def inline_svg(drawing, key, label):
-    """SVG of a figure for use inside a page. Ids carry `key`, which must be unique on the page."""
+def inline_svg(drawing, label, hints=()):
+    """SVG of a figure for use inside a page; for `hints` see svg_of()."""
     label_plainly(drawing)
-    matplotlib.rcParams["svg.hashsalt"] = key
-    text = StringIO()
-    with warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph .* missing from")  # text is left to the reader's fonts
-        drawing.savefig(text, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    svg = text.getvalue()
-    svg = svg[svg.index("<svg") :]
-    svg = re.sub(r"\s*<style.*?</style>", "", svg, flags=re.DOTALL)  # it would apply to the whole page
-    svg = re.sub(r'\bid="', f'id="{key}-', svg)
-    svg = re.sub(r'href="#', f'href="#{key}-', svg)
-    svg = re.sub(r"url\(#", f"url(#{key}-", svg)
-    described = label.replace("&", "&amp;").replace('"', "&quot;").replace("<", "&lt;")
-    return svg.replace(
-        "<svg", f'<svg role="img" aria-label="{described}" style="stroke-linejoin:round;stroke-linecap:butt"', 1
-    )
+    return svg.svg_of(drawing, label, hints)
 
 
-def canvas(panels=1, height=HEIGHT, **options):
+def panels_of(drawing, rows, columns, **options):
+    """Panels of a drawing, by row and column."""
+    return drawing.subplots(rows, columns, squeeze=False, subplot_kw={"axes_class": Panel}, **options)
+
+
+def canvas(panels=1, height=HEIGHT, width=WIDTH, **options):
     """An empty drawing and its axes, stacked."""
-    drawing = figure.Figure(figsize=(WIDTH, height))
-    axes = drawing.subplots(panels, 1, squeeze=False, **options)[:, 0]
+    drawing = figure.Figure(figsize=(width, height))
+    axes = panels_of(drawing, panels, 1, **options)[:, 0]
     return drawing, axes
 
 
-def legend_above(axes, handles, ordinate=45):
-    """Legend over the axes, where it covers no data; in as many columns as fit, lest it squeeze the axes.
-
-    `ordinate` is the width of the ordinate's labels in points.
-    """
-    em = matplotlib.rcParams["legend.fontsize"]  # points
-    room = 72 * WIDTH - ordinate
-    for columns in (3, 2, 1):
-        texts = np.array_split([len(handle.get_label()) for handle in handles], columns)  # as the legend will
-        if sum(4.8 + 0.58 * column.max(initial=0) for column in texts) * em < room:
-            break
-    axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 1.03), ncol=columns)
+def legend_above(axes, handles):
+    """Legend over the axes, where it covers no data."""
+    axes.legend_handles = [handle for handle in handles if not str(handle.get_label()).startswith("_")]
 
 
 def extent(values):
@@ -166,7 +144,7 @@ def label_points(axes, steps):
         if np.log(step / kept[-1]) >= room:
             kept.append(step)
     steps = kept
-    axes.set_xticks(steps, [f"{step:.3g}" for step in steps])
+    axes.set_xticks(steps, [raised(f"{step:.3g}") for step in steps])
     axes.set_xticks([], minor=True)
 
 

@@ -9,7 +9,7 @@ from report.drawing import Figure, MARKED_ROWS, canvas, column_label, inline_svg
 MANY_ROWS, MANY_PANELS = 20000, 4  # beyond these a record without a plot of its own is not drawn
 
 
-def against_first_column(result, record, key):
+def against_first_column(result, record):
     """A record without a plot of its own: all columns against the first, one panel per dimension."""
     columns = [column for column in record.columns.values() if column.values.dtype.kind in "iuf"]
     if len(columns) < 2 or not 2 <= len(record) <= MANY_ROWS:
@@ -33,7 +33,7 @@ def against_first_column(result, record, key):
             legend_above(axes, axes.get_lines())
     panels[-1].set_xlabel(column_label(first))
     caption = record.title or record.name
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 # Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others;
@@ -43,7 +43,6 @@ KINDS = {
     "stress_strain": (bond.stress_strain, bond.curve_error, bond.moduli, bond.moduli_near_rest),
     "moduli": (bond.moduli, bond.moduli_near_rest),
     "convergence": (fluid.convergence,),
-    "work_precision": (solid.period_precision,),
     "delta_sums": (coupling.delta_scan,),
     "delta_imbalances": (coupling.delta_scan,),
     "delta_first_moments": (coupling.delta_scan,),
@@ -55,7 +54,6 @@ KINDS = {
     "profile": (fluid.profile,),
     "section": (fluid.section,),
     "drift": (fluid.drift,),
-    "substeps": (),  # drawn beside work_precision
     "bond_table": (peer.bond_table,),
     "angle_table": (peer.angle_table,),
     "node_forces": (peer.node_forces,),
@@ -99,8 +97,8 @@ def is_table(name):
     return name.startswith("orders_along_") or name.endswith(("_settings", "_reached"))
 
 
-def of_case(result, key):
-    """All figures of a result. `key` must be unique on the page."""
+def of_case(result):
+    """All figures of a result."""
     figures = []
     order = {name: place for place, name in enumerate(KINDS)}
     for record in sorted(result.records.values(), key=lambda record: order.get(record.name, len(order))):
@@ -110,7 +108,7 @@ def of_case(result, key):
         elif studies.is_curve_of_numbers(record):
             kinds = (studies.curve_of_numbers,)
         for draw in kinds:
-            drawn = draw(result, record, f"{key}-{len(figures)}")
+            drawn = draw(result, record)
             if drawn is not None:
                 figures.append(drawn)
     return figures

@@ -19,6 +19,7 @@ from report.drawing import (
     inline_svg,
     legend_above,
     limits,
+    panels_of,
     powers,
     quantity,
     upright,
@@ -40,7 +41,7 @@ COMPARED_STYLES = (dict(color="C0", linestyle="-", linewidth=1.4), dict(color="C
 FIGURE_PHASES = (0.25, 0.5, 0.75, 1.0)  # of the last period
 
 
-def centre_lines(result, record, key):
+def centre_lines(result, record):
     """Centre lines of both filaments at four phases, equally scaled along both axes."""
     columns = ("phase", "y", "z", "y_compared", "z_compared")
     if not drawable(record, *columns):
@@ -71,7 +72,55 @@ def centre_lines(result, record, key):
     legend_above(panels[0], handles)
     panels[-1].set_xlabel(quantity("y", "", record.columns["y"].dimension))
     caption = "Centre lines in the last period, in the laboratory; both axes to one scale. The end at larger y is driven."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
+
+
+FILM_COLOURS = matplotlib.colormaps["Blues"].resampled(64)  # more tell nobody anything and compress worse
+
+STRIP_ROOM = 14  # spacings that are shown around the filament
+
+
+def strip(result):
+    """The filament over one period, for the first screen: both centre lines at four phases, over the speed of the fluid if it was kept."""
+    lines, film = result.records.get("centre_lines"), result.records.get("film")
+    columns = ("phase", "y", "z", "y_compared", "z_compared")
+    phases = [phase for phase in FIGURE_PHASES if drawable(lines, *columns) and np.any(np.abs(lines["phase"] - phase) < 0.01)]
+    if not phases:
+        return None
+    box = [(extent(lines[name])[0] - STRIP_ROOM, extent(lines[name])[1] + STRIP_ROOM) for name in ("y", "z")]
+    with_flow = drawable(film, "phase", "y", "z", "speed")
+    rows = -(-len(phases) // 2)
+    tall = 0.5 * (WIDTH - 0.8) * np.ptp(box[1]) / np.ptp(box[0])
+    drawing = figure.Figure(figsize=(WIDTH, min(rows * (tall + 0.12) + 0.7, 5.0)))
+    panels = panels_of(drawing, rows, 2, sharex=True, sharey=True)
+    top = extent(film["speed"])[1] if with_flow else 1.0
+    for axes, phase in zip(panels.flat, phases):
+        if with_flow:
+            frame = (np.abs(film["phase"] - phase) < 0.01) & (box[0][0] <= film["y"]) & (film["y"] <= box[0][1])
+            frame &= (box[1][0] <= film["z"]) & (film["z"] <= box[1][1])
+            y, z = np.unique(film["y"][frame]), np.unique(film["z"][frame])
+            if len(y) > 1 and len(y) * len(z) == frame.sum():
+                order = np.lexsort((film["y"][frame], film["z"][frame]))
+                seen = film["speed"][frame][order].reshape(len(z), len(y))
+                edges = (y[0] - 0.5, y[-1] + 0.5, z[0] - 0.5, z[-1] + 0.5)
+                style = dict(cmap=FILM_COLOURS, norm=PowerNorm(0.5, 0.0, top or 1.0), origin="lower", interpolation="none")
+                axes.imshow(seen, extent=edges, aspect="equal", **style)
+        there = np.abs(lines["phase"] - phase) < 0.01
+        handles = []
+        for ending, name, style in zip(("", "_compared"), compared_names(result), COMPARED_STYLES):
+            handles += axes.plot(lines["y" + ending][there], lines["z" + ending][there], label=name, **style)
+        axes.set_xlim(*box[0])
+        axes.set_ylim(*box[1])
+        axes.set_aspect("equal")
+        axes.text(0.03, 0.9, f"t = {phase:g} T", transform=axes.transAxes, verticalalignment="top")
+        axes.grid_along = set()
+    legend_above(panels[0, 0], handles)
+    for axes in panels[-1]:
+        axes.set_xlabel(quantity("y", "", lines.columns["y"].dimension))
+    for axes in panels[:, 0]:
+        axes.set_ylabel(quantity("z", "", lines.columns["z"].dimension))
+    caption = f"Centre lines of both laws over one period{', over the speed of the fluid' if with_flow else ''}. {result.title}."
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 DEVIATIONS = {
@@ -82,7 +131,7 @@ DEVIATIONS = {
 }
 
 
-def law_deviation(result, record, key):
+def law_deviation(result, record):
     """Distance of both laws' centre lines over the amplitude, as bars for each phase."""
     names = [name for name in DEVIATIONS if record.has(name)]
     if not names or not drawable(record, "phase"):
@@ -90,21 +139,21 @@ def law_deviation(result, record, key):
     drawing, (axes,) = canvas(height=3.4)
     places, width = np.arange(len(record)), 0.8 / len(names)
     handles = []
-    for number, (name, hatch) in enumerate(zip(names, ("", "////", "----", "xxxx"))):
+    for number, name in enumerate(names):
         shift = (number - (len(names) - 1) / 2) * width
-        style = dict(facecolor="white" if hatch else f"C{number}", edgecolor=f"C{number}", hatch=hatch, linewidth=0.8)
+        style = dict(facecolor=f"C{number}", linewidth=0)
         axes.bar(places + shift, record[name], 0.9 * width, **style)
         handles.append(Patch(label=DEVIATIONS[name], **style))
-    axes.grid(False, axis="x")
+    axes.grid_along = {"y"}
     axes.set_xticks(places, [f"{phase:g}" for phase in record["phase"]])
     axes.set_xlabel("time in the last period t/T [1]")
     axes.set_ylabel("distance over amplitude z₀ [1]")
     legend_above(axes, handles)
     caption = "How far the two laws' centre lines are apart. d is the distance of nodes, Δz its part along the drive."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def stroke(result, record, key):
+def stroke(result, record):
     """The stroke in time, one panel per quantity, with that of the compared law."""
     labels = {
         "drive": "drive z", "force": "force F", "centre_y": "displacement Y", "slip": "slip",
@@ -126,17 +175,16 @@ def stroke(result, record, key):
         unit = powers(record.columns[name].dimension)
         axes.set_ylabel(f"{label}\n[{unit}]")
         axes.locator_params(axis="y", nbins=5)
-    drawing.align_ylabels(panels)
     legend_above(panels[0], handles)
     panels[-1].set_xlabel("time in periods t/T [1]")
     caption = (
         "The stroke: displacement and force of the drive, displacement of the centre of mass along the filament, slip of "
         "the coupled nodes (root mean square), smallest and largest strain of any bond."
     )
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def strain_histogram(result, record, key):
+def strain_histogram(result, record):
     """Share of bonds and times for each bond length, logarithmic."""
     if not drawable(record, "length", "share", "share_compared"):
         return None
@@ -158,10 +206,10 @@ def strain_histogram(result, record, key):
     axes.set_ylabel(f"share per bin of {bin_width:.3g} [1]")
     legend_above(axes, handles)
     caption = "Bond lengths over all bonds and the last period. A bin without a bond is not drawn."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def modulus_deviation(result, record, key):
+def modulus_deviation(result, record):
     """Distance that a wrong modulus makes, with the distance between the laws as a level of the same colour."""
     names = [name for name in DEVIATIONS if record.has(name)]
     if not names or not drawable(record, "factor", *names):
@@ -191,7 +239,7 @@ def modulus_deviation(result, record, key):
         "Centre lines of one law with a wrong modulus against its own, largest of four phases. Where a curve stays below "
         "the dashed level of its colour, that error of the modulus moves the filament less than the change of the law."
     )
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 FILM_COLUMNS = 2  # of panels
@@ -200,10 +248,7 @@ FILM_ROOM = 40  # spacings of the flow that are shown around the filament
 
 FILM_SAMPLES = 200  # across a panel at most: more would be finer than the page and heavier than it may be
 
-FILM_COLOURS = matplotlib.colormaps["Blues"].resampled(64)  # more tell nobody anything and compress worse
-
-
-def film(result, record, key):
+def film(result, record):
     """Speed of the fluid in the plane of the stroke, a panel for each phase, under the centre line of that phase."""
     if not drawable(record, "phase", "y", "z", "speed"):
         return None
@@ -227,13 +272,13 @@ def film(result, record, key):
     half = 0.5 * (y[1] - y[0]), 0.5 * (z[1] - z[0])  # a sample is the middle of its square
     box = (y[0] - half[0], y[-1] + half[0], z[0] - half[1], z[-1] + half[1])
     rows = -(-len(phases) // FILM_COLUMNS)
-    tall = 0.5 * (WIDTH - 0.6) * (box[3] - box[2]) / (box[1] - box[0])  # inches of a panel
-    drawing = figure.Figure(figsize=(WIDTH, min(rows * (tall + 0.08) + 1.1, 9.0)))
-    panels = drawing.subplots(rows, FILM_COLUMNS, squeeze=False, sharex=True, sharey=True)
+    tall = 0.5 * (WIDTH - 0.7) * (box[3] - box[2]) / (box[1] - box[0])  # inches of a panel
+    drawing = figure.Figure(figsize=(WIDTH, min(rows * (tall + 0.12) + 1.0, 9.0)))
+    panels = panels_of(drawing, rows, FILM_COLUMNS, sharex=True, sharey=True)
     # Slow flow fills most of the plane: the root gives it more of the colours.
     scale = PowerNorm(0.5, 0.0, extent(speed)[1] or 1.0)
     for axes, phase, seen in zip(panels.flat, phases, speed):
-        image = axes.imshow(
+        axes.imshow(
             seen, cmap=FILM_COLOURS, norm=scale, extent=box, origin="lower", aspect="equal", interpolation="none"
         )
         if with_line:
@@ -242,27 +287,27 @@ def film(result, record, key):
         axes.text(0.03, 0.96, f"t = {phase:g} T", transform=axes.transAxes, verticalalignment="top")
         axes.set_xlim(box[0], box[1])
         axes.set_ylim(box[2], box[3])
-        axes.grid(False)
+        axes.grid_along = set()
     for axes in panels.flat[len(phases) :]:
         axes.set_visible(False)
     for axes in panels[-1]:
         axes.set_xlabel(column_label(record.columns["y"]))
     for axes in panels[:, 0]:
         axes.set_ylabel(column_label(record.columns["z"]))
-    bar = drawing.colorbar(image, ax=panels, location="bottom", aspect=40, label=column_label(record.columns["speed"]))
     ticks = MaxNLocator(4, steps=(1, 2, 5, 10)).tick_values(0.0, scale.vmax)
-    ticks = [tick for tick in np.append(ticks[1] / 10, ticks) if tick <= scale.vmax]
-    bar.set_ticks(ticks, labels=[f"{tick:.3g}" for tick in ticks])
+    ticks = sorted({tick for tick in (ticks[1] / 10, ticks[1] / 3, *ticks) if tick <= scale.vmax})
+    legend_above(panels[0, 0], [Patch(facecolor=FILM_COLOURS(scale(tick)), label=f"{tick:.2g}") for tick in ticks])
+    panels[0, 0].set_title(column_label(record.columns["speed"]), loc="left")
     caption = (
         f"{record.title or 'Speed of the fluid'} at {len(phases)} phases of the last period; both axes to one scale, colours by the root of the "
         "speed."
     )
     if with_line:
         caption += f" The line is the centre line of the filament, {compared_names(result)[0]}."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def first_harmonic(result, record, key):
+def first_harmonic(result, record):
     """Amplitude and phase along the filament: of both laws measured, and of the theories the record holds."""
     if not drawable(record, "section", "amplitude", "phase"):
         return None
@@ -289,7 +334,7 @@ def first_harmonic(result, record, key):
     panels[1].set_xlabel("section, 0 is the free end [1]")
     legend_above(panels[0], handles)
     caption = "First harmonic of the stroke along the filament over that of the drive, W = 1 at the driven end."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 def variant_names(result, record):
@@ -301,7 +346,7 @@ def variant_names(result, record):
     return [text if held else text.partition(" (")[0] for text, held in zip(stated, record["survived"][1:])]
 
 
-def sensitivity(result, record, key):
+def sensitivity(result, record):
     """Effect of each variant and the distance between the laws under it, largest effect first, logarithmic."""
     if not drawable(record, "variant", "survived", "law_deviation_z") or not record.has("effect_z") or len(record) < 2:
         return None
@@ -329,10 +374,10 @@ def sensitivity(result, record, key):
     axes.tick_params(axis="y", length=0)
     axes.xaxis.set_major_locator(LogLocator(numticks=12))
     axes.set_xlabel("largest |Δz| over amplitude z₀ [1]")
-    legend_above(axes, handles, ordinate=0.55 * 8.5 * max(len(name) for name in names))
+    legend_above(axes, handles)
     caption = (
         "What each variant of the scene moves: the law of [bond] against itself in the base's scene, and the two laws "
         "against each other under the variant. A choice whose dot is left of the dashed line moves the filament less than "
         "the change of the law."
     )
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))

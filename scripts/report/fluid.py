@@ -2,6 +2,7 @@
 
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from report.drawing import (
     Figure,
@@ -19,7 +20,7 @@ from report.drawing import (
 )
 
 
-def convergence(result, record, key):
+def convergence(result, record):
     """Every column error_<name> against the first column, log-log, with the measured order (metric order_<name>)."""
     errors = [name for name in record.columns if name.startswith("error_")]
     # Many curves get a panel for each quantity, the first word of their names.
@@ -37,7 +38,7 @@ def convergence(result, record, key):
         return None
     panels[-1].set_xlabel(column_label(first))
     caption = "Convergence; dotted: the slope of the nearest whole order, below its curve."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 def converging(axes, result, record, first, errors):
@@ -76,7 +77,7 @@ def pairs(record):
     return [name for name in record.columns if name + "_exact" in record.columns]
 
 
-def profile(result, record, key):
+def profile(result, record):
     """Profiles (points) and exact ones (lines) against the first column; below, their difference."""
     names = pairs(record)
     if not names or len(record) < 2:
@@ -100,10 +101,10 @@ def profile(result, record, key):
     below.set_xlabel(column_label(place))
     legend_above(above, handles)
     caption = f"{record.title}; below, the difference to the exact one."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def section(result, record, key):
+def section(result, record):
     """Velocity in a square section: measured as colours, exact as lines of the same levels."""
     side = round(len(record) ** 0.5)
     if not drawable(record, "y", "z", "velocity", "velocity_exact") or side * side != len(record):
@@ -116,12 +117,14 @@ def section(result, record, key):
     axes.set_aspect("equal")
     axes.set_xlabel(column_label(record.columns["y"]))
     axes.set_ylabel(column_label(record.columns["z"]))
-    drawing.colorbar(drawn, ax=axes, label=column_label(record.columns["velocity"]))
-    caption = f"{record.title}: measured (colours) and exact (lines, at the edges of the colours)."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    shades = zip(drawn.get_facecolors() if hasattr(drawn, "get_facecolors") else drawn.tcolors, levels)
+    shades = [(shade[0] if len(shade) == 1 else shade, level) for shade, level in shades]
+    legend_above(axes, [Patch(facecolor=shade, label=f"{level:.1f}") for shade, level in shades[::2]])
+    caption = f"{record.title}: measured (colours, from the number on) and exact (lines, at the edges of the colours)."
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def drift(result, record, key):
+def drift(result, record):
     """What should not change, against time: every column, logarithmic."""
     first, *kept = record.columns.values()
     drawing, (axes,) = canvas(height=3.5)
@@ -136,10 +139,10 @@ def drift(result, record, key):
     axes.set_xlabel(column_label(first))
     axes.set_ylabel("departure per node")
     legend_above(axes, handles)
-    return Figure(record.title + ".", inline_svg(drawing, key, record.title))
+    return Figure(record.title + ".", inline_svg(drawing, record.title))
 
 
-def conservation(result, record, key):
+def conservation(result, record):
     """What leap-frog keeps, against the time step, log-log: energy to second order, the rest to round-off."""
     if not drawable(record, "dt_over_limit", "energy", "momentum", "angular_momentum", "reversal"):
         return None
@@ -155,4 +158,4 @@ def conservation(result, record, key):
     axes.set_ylabel("largest relative departure [1]")
     legend_above(axes, handles)
     caption = "What a free body keeps during a run, over the time step; no departure is drawn as 2⁻⁵⁴."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))

@@ -3,7 +3,8 @@
 import numpy as np
 from matplotlib import figure
 
-from report.drawing import Figure, WIDTH, inline_svg
+from report import studies
+from report.drawing import NARROW, Figure, inline_svg, panels_of
 
 ROUNDING = 1e-9  # relative changes below count as rounding
 AS_IT_STANDS = "as it stands"
@@ -75,37 +76,52 @@ def sentences(found):
     return text
 
 
+def medians_of(result):
+    """The same of repeats, None where each row ran once: one run's time says little of a difference."""
+    return seconds_of(result) if seconds_of(result) is not None and studies.are_medians(result.records["ablate_cost"]) else None
+
+
+def without_effect(result, record):
+    """Rows of the variants that build more and change nothing beyond rounding."""
+    more = record["parts_bytes"] - record["parts_bytes"][0]
+    seconds = medians_of(result)
+    longer = np.zeros(len(record)) if seconds is None else seconds - seconds[0]
+    idle = (record["moved"] < ROUNDING) & (record["outcome"] == "completed")
+    chosen = [row for row in range(1, len(record)) if idle[row] and (more[row] > 0 or longer[row] > 0)]
+    return sorted(chosen, key=lambda row: -more[row])
+
+
 def largest(results):
-    """The timed ablation of the largest scene."""
-    timed = [(result, record) for result, record in ablations(results) if seconds_of(result) is not None]
-    return max(timed, key=lambda found: found[1]["parts_bytes"][0], default=(None, None))
+    """The ablation of the largest scene that left something out: timed ones first."""
+    found = [(result, record) for result, record in ablations(results) if without_effect(result, record)]
+    return max(found, key=lambda pair: (medians_of(pair[0]) is not None, pair[1]["parts_bytes"][0]), default=(None, None))
 
 
-def repeats(result):
-    """What stands for a time, in words."""
-    return ", medians of repeats" if "median" in result.records["ablate_cost"].columns["wall_seconds"].meaning else ""
-
-
-def saved(results, key):
-    """What the largest timed scene saves by what it leaves out: memory and time of each part that was put in."""
+def saved(results):
+    """What the largest scene saves by what it leaves out: memory, and time where rows were timed, of each part that was put in."""
     result, record = largest(results)
     if result is None:
         return None
-    chosen = [row for row in range(1, len(record)) if record["origin"][row] == "kept"]
-    if not chosen:
-        return None
+    chosen, seconds = without_effect(result, record), medians_of(result)
     names = [str(record["variant"][row]).removeprefix("with ") for row in chosen]
-    seconds = seconds_of(result)
-    drawing = figure.Figure(figsize=(WIDTH, 1.5 + 0.3 * len(chosen)))
-    left, right = drawing.subplots(1, 2, sharey=True)
+    columns = [(np.array([record["parts_bytes"][row] - record["parts_bytes"][0] for row in chosen]) / 1e6, "MB")]
+    if seconds is not None:
+        columns.append((np.array([seconds[row] - seconds[0] for row in chosen]), "s"))
+        cost = result.records["ablate_cost"]
+        bars = [[abs(cost[f"{end}_wall_seconds"][row] - seconds[row]) for row in chosen] for end in ("min", "max")]
+    drawing = figure.Figure(figsize=(NARROW, max(1.4, 0.8 + 0.22 * len(chosen))))
+    panels = panels_of(drawing, 1, len(columns), sharey=True)[0]
     places = np.arange(len(chosen))
-    megabytes = np.array([record["parts_bytes"][row] - record["parts_bytes"][0] for row in chosen]) / 1e6
-    percent = np.array([100 * (seconds[row] / seconds[0] - 1) for row in chosen])
-    for panel, values, unit in ((left, megabytes, "MB"), (right, percent, "% of the time")):
-        panel.barh(places, values, color="C0", height=0.6)
+    for panel, (values, unit) in zip(panels, columns):
+        panel.barh(places, values, color="C0", height=0.6, linewidth=0)
+        if unit == "s":  # of repeats, from the fastest to the slowest
+            panel.errorbar(values, places, xerr=bars, fmt="none", ecolor="#222222", elinewidth=1)
         panel.axvline(0, color="#555555", linewidth=0.8)
-        panel.set_xlabel(f"more {unit}")
-        panel.margins(x=0.3)
+        panel.set_xlabel(f"more if built [{unit}]")
+        panel.locator_params(axis="x", nbins=4)
+        panel.set_xlim(min(0.0, 1.5 * values.min()), 1.3 * max(values.max(), 0.0) or 1.0)
+        panel.set_ylim(len(chosen) - 0.4, -0.6)
+        panel.grid_along = {"x"}
         for place, value in zip(places, values):
             panel.annotate(
                 f"{value:.3g}".replace("-", "−"),
@@ -114,12 +130,10 @@ def saved(results, key):
                 textcoords="offset points",
                 ha="left" if value >= 0 else "right",
                 va="center",
-                fontsize=7,
             )
-    left.set_yticks(places, names)
-    left.invert_yaxis()
+    panels[0].set_yticks(places, names)
     caption = (
-        f"{result.title}: what each part would cost if it were built. The scene takes {record['parts_bytes'][0] / 1e6:.4g} MB "
-        f"and {seconds[0]:.3g} s{repeats(result)}; a few percent of the time are noise."
+        f"{result.title}: what each part would cost if it were built, all without effect. The scene takes {record['parts_bytes'][0] / 1e6:.4g} MB"
     )
-    return Figure(caption, inline_svg(drawing, key, caption))
+    caption += f" and {seconds[0]:.3g} s, medians of repeats, bars from the fastest to the slowest." if seconds is not None else "."
+    return Figure(caption, inline_svg(drawing, caption))

@@ -22,7 +22,7 @@ def error_lines(axes, record, x, names):
 def against_peer(x, ours, peer, errors, caption):
     """A kind of plot: one column of this program and of its peer over a panel of errors; grey where a row does not count."""
 
-    def draw(result, record, key):
+    def draw(result, record):
         if not drawable(record, x, ours, peer):
             return None
         drawing, (top, below) = canvas(panels=2, height=5.2)
@@ -39,12 +39,12 @@ def against_peer(x, ours, peer, errors, caption):
         if below.get_legend_handles_labels()[0]:
             legend_above(below, below.get_legend_handles_labels()[0])
         below.set_xlabel(column_label(record.columns[x]))
-        return Figure(caption, inline_svg(drawing, key, caption))
+        return Figure(caption, inline_svg(drawing, caption))
 
     return draw
 
 
-def node_forces(result, record, key):
+def node_forces(result, record):
     """Error of the force on each node against the force, with the parts of bonds and angles."""
     if not drawable(record, "peer_force", "force_error", "bond_force_error", "angle_force_error"):
         return None
@@ -59,10 +59,10 @@ def node_forces(result, record, key):
     if axes.get_legend_handles_labels()[0]:
         legend_above(axes, axes.get_legend_handles_labels()[0])
     caption = "Distance of the force vectors of this program and its peer, node by node; errors of zero are not drawn."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def trajectory(result, record, key):
+def trajectory(result, record):
     """How two computations of one motion part: errors of position and velocity against the step."""
     if not drawable(record, "step", "position_error", "velocity_error"):
         return None
@@ -77,7 +77,7 @@ def trajectory(result, record, key):
     if axes.get_legend_handles_labels()[0]:
         legend_above(axes, axes.get_legend_handles_labels()[0])
     caption = "Growth of the difference of two programs: rounding, carried on by the motion. Zeros are not drawn."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 TENSILE_ERRORS = ("force_error", "last_layer_error", "energy_error")

@@ -158,13 +158,12 @@ def attributes(node):
     return {name: plain(value) for name, value in node.attrs.items()}
 
 
-def table(group):
-    """Columns of a table by name, in the order that the table states."""
-    names = plain(group.attrs["columns"]) if "columns" in group.attrs else list(group)
-    columns = {name: plain(group[name][()]) for name in names}
-    if len({len(values) for values in columns.values()}) > 1:
+def table(group, of=lambda name, data: plain(data[()])):
+    """Columns of a table by name, in the order that the table states; `of` says what is wanted of each."""
+    columns = {name: group[name] for name in (plain(group.attrs["columns"]) if "columns" in group.attrs else group)}
+    if len({data.shape for data in columns.values()}) > 1:
         raise ValueError(f"the columns of {group.name} differ in length")
-    return columns
+    return {name: of(name, data) for name, data in columns.items()}
 
 
 def rows(file, place):
@@ -183,18 +182,14 @@ def typed(kind, row):
     return kind(**row)
 
 
+def column(name, data):
+    stated = attributes(data)
+    described = {key: stated.get(key, "") for key in ("symbol", "dimension", "meaning")}
+    return Column(name=plain(name), values=np.asarray(plain(data[()])), **described)
+
+
 def record(group, name):
-    columns = {}
-    for column, values in table(group).items():
-        stated = attributes(group[column])
-        columns[column] = Column(
-            name=plain(column),
-            values=np.asarray(values),
-            symbol=stated.get("symbol", ""),
-            dimension=stated.get("dimension", ""),
-            meaning=stated.get("meaning", ""),
-        )
-    return Record(name=plain(name), title=attributes(group).get("title", ""), columns=columns)
+    return Record(name=plain(name), title=plain(group.attrs.get("title", "")), columns=table(group, column))
 
 
 def reference(group, name):
@@ -287,12 +282,27 @@ def load(path):
         raise UnreadableResult(f"{path}: not as schema {SCHEMA} says ({why}). {again}") from problem
 
 
-def load_all(folder):
-    """Results and Unreadables of all *.h5 in a folder, each sorted by the stem of its name."""
-    results, unreadable = [], []
-    for path in sorted(Path(folder).glob("*.h5"), key=lambda path: path.stem):
-        try:
-            results.append(load(path))
-        except UnreadableResult as problem:
-            unreadable.append(Unreadable(path, plain(str(problem))))
-    return results, unreadable
+def read_file(path):
+    """The Result of a file, or why there is none."""
+    try:
+        return load(path)
+    except UnreadableResult as problem:
+        return Unreadable(path, plain(str(problem)))
+
+
+def files(folder):
+    """All *.h5 of a folder, sorted by the stems of their names."""
+    return sorted(Path(folder).glob("*.h5"), key=lambda path: path.stem)
+
+
+def fingerprint(path):
+    """Text that changes with the content of a file; of one that is no whole result, with its size and date."""
+    try:
+        state = path.stat()
+        if stat.S_ISREG(state.st_mode):
+            with path.open("rb") as file:
+                if f"\nbytes {state.st_size - SEAL}\n".encode() in file.read(SEAL):
+                    return hashlib.file_digest(file, "sha256").hexdigest()
+        return f"odd {state.st_mode} {state.st_size} {state.st_mtime_ns}"
+    except OSError as problem:
+        return str(problem)

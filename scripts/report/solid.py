@@ -1,4 +1,4 @@
-"""Figures of lattice-spring bodies: bending, buckling, waves, stability, periods."""
+"""Figures of lattice-spring bodies: bending, buckling, waves."""
 
 import numpy as np
 from matplotlib.lines import Line2D
@@ -17,52 +17,7 @@ from report.drawing import (
 )
 
 
-def period_precision(result, record, key):
-    """Error of each row against its run time, the timing phase `<record>/<row>`, and against the steps; both log-log.
-
-    Sub-steps of an outer step, the record `substeps`, are drawn beside plain steps.
-    """
-    if not record.has("steps_per_period"):
-        return None
-    times = {row["phase"]: row["wall_seconds"] for row in result.timing}
-    drawing, axes = canvas(panels=2, height=5.2)
-    handles, all_steps = [], []
-    styles = (("work_precision", "steps_per_period", "plain steps", "o-"), ("substeps", "substeps", "sub-steps of 1", "s--"))
-    for colour, (name, labels, legend, style) in enumerate(styles):
-        rows = result.records.get(name)
-        if not drawable(rows, "steps_per_period", "error", labels):
-            continue
-        seconds = np.array([times.get(f"{name}/{row}", np.nan) for row in range(len(rows))])
-        error, steps = rows["error"], rows["steps_per_period"]
-        drawn = (error > 0) & (seconds > 0)
-        if not drawn.any():
-            continue
-        handles += axes[0].loglog(1000 * seconds[drawn], error[drawn], style, color=f"C{colour}", label=legend)
-        for x, y, label in zip(1000 * seconds[drawn], error[drawn], rows[labels][drawn]):
-            axes[0].annotate(f"{label:.0f}", (x, y), xytext=(5, 4), textcoords="offset points", fontsize=7)
-        axes[1].loglog(steps[drawn], error[drawn], style, color=f"C{colour}")
-        if not all_steps:
-            first = np.flatnonzero(drawn)[0]
-            line = 0.4 * error[first] * (steps[drawn] / steps[first]) ** -2
-            axes[1].plot(steps[drawn], line, ":", color=f"C{colour}", linewidth=1)
-            label_points(axes[1], steps[drawn])
-        all_steps.extend(steps[drawn])
-    if not all_steps:
-        return None
-    axes[0].set_xlabel("run time of the row [ms]; labels: steps per period, or sub-steps")
-    axes[1].set_xlabel(column_label(record.columns["steps_per_period"]))
-    for panel in axes:
-        panel.set_xscale("log")
-        panel.set_yscale("log")
-        panel.set_ylabel("relative error [1]")
-        panel.margins(x=0.12, y=0.15)
-    if len(handles) > 1:
-        legend_above(axes[0], handles)
-    caption = "What accuracy a second of computing buys; dotted: second order. One run each: read the times to a factor of two."
-    return Figure(caption, inline_svg(drawing, key, caption))
-
-
-def elastica(result, record, key):
+def elastica(result, record):
     """Tip of the bent beam, one marker per length, on the curve of the elastica; deflection above, reach below."""
     exact = result.records.get("elastica_exact")
     if not drawable(record, "length", "load", "deflection", "reach") or not drawable(exact, "load", "deflection", "reach"):
@@ -81,10 +36,10 @@ def elastica(result, record, key):
     legend_above(panels[0], handles)
     panels[-1].set_xlabel(column_label(record.columns["load"]))
     caption = "Tip of the clamped beam under a dead load: along the load (above) and along the undeformed axis (below)."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def buckling(result, record, key):
+def buckling(result, record):
     """Critical load over Euler's against slenderness, beside the two theories with shear."""
     if not drawable(record, "length", "load", "euler", "engesser", "haringx"):
         return None
@@ -101,10 +56,10 @@ def buckling(result, record, key):
     axes.set_ylabel("critical load over Euler's [1]")
     legend_above(axes, handles)
     caption = "Critical load of the pinned column over Euler's; both theories with shear are those of the compressed lattice."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def standing_waves(result, record, key):
+def standing_waves(result, record):
     """Frequency of standing waves against the wave number: measured, of the lattice with and without steps, of long waves."""
     if not drawable(record, "wave_number", "omega", "omega_leapfrog", "omega_lattice", "omega_continuum"):
         return None
@@ -120,4 +75,4 @@ def standing_waves(result, record, key):
     axes.set_ylabel(quantity("angular frequency", "", record.columns["omega"].dimension))
     legend_above(axes, handles)
     caption = "Dispersion of standing waves, measured by dynamics."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))

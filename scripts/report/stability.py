@@ -8,7 +8,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from report import studies
-from report.drawing import Figure, canvas, inline_svg, legend_above, markers
+from report.drawing import HEIGHT, WIDTH, Figure, canvas, inline_svg, legend_above, markers
 
 KEY, LAW, PHYSICAL = "body.0.node_mass", "body.0.name", "monitor.physical"
 
@@ -52,18 +52,21 @@ def name_of(axis):
     return {"strain": "strain of the start", "load.force.2": "force on each end node"}.get(words, words.replace(".", " "))
 
 
-def stiffness_limit(result, record, key):
+def stiffness_limit(result, record, width=WIDTH, height=HEIGHT):
     """How stiff a body may be against how much it is disturbed; any other search for a boundary as it is."""
     if not is_search(record) or disturbance(record) is None:
-        return studies.outcome_boundary(result, record, key)
+        return studies.outcome_boundary(result, record)
     axis = disturbance(record)
-    drawing, (panel,) = canvas()
-    handles, classes = [], {}
+    drawing, (panel,) = canvas(width=width, height=height)
+    handles, classes, hints = [], {}, []
     for number, (law, marker) in enumerate(zip(dict.fromkeys(record[LAW]), markers())):
         handles.append(Line2D([], [], marker=marker, color=f"C{number}", label=str(law)))
         for _, counts, x, stiffness, ends in (found for found in limits_of(record) if found[0] == law):
             style = dict(linestyle="-") if counts else dict(linestyle=":", mfc="none")
             panel.plot(x, stiffness, marker=marker, color=f"C{number}", **style)
+            allowed = "" if counts else ", unphysical states allowed"
+            for at, y, end in zip(x, stiffness, ends):
+                hints.append((panel, at, y, f"{law}{allowed}, {name_of(axis)} {at:.4g}: stiffness {y:.4g}; beyond: {end}"))
             if counts:
                 classes.setdefault(law, []).extend(zip(x[np.isnan(stiffness)], ends[np.isnan(stiffness)]))
     for number, (law, lost) in enumerate(classes.items()):
@@ -77,14 +80,14 @@ def stiffness_limit(result, record, key):
     if x.min() > 0 and x.max() > 20 * x.min():
         panel.set_xscale("log")
     panel.set_xlabel(name_of(axis))
-    panel.set_ylabel("stiffest body that the step carries [1]")
+    panel.set_ylabel("stiffest body carried [1]")
     panel.margins(x=0.06, y=0.12)
     legend_above(panel, handles)
     caption = f"{result.title}. Over the stiffness that the first law carries undisturbed; above a curve runs fail."
     if any(classes.values()):
         ends = sorted({str(end) for lost in classes.values() for _, end in lost})
         caption += f" × at the foot: fails at every stiffness tried ({', '.join(ends)})."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption, hints))
 
 
 def searches(results):
@@ -92,10 +95,15 @@ def searches(results):
     return [result for result in results if not result.variant and is_search(result.records.get("outcome_boundary"))]
 
 
-def stable_where(results, key):
-    """The two maps with the most rows, as the picture for all."""
-    found = sorted(searches(results), key=lambda result: -len(result.records["outcome_boundary"]))[:2]
-    return [stiffness_limit(result, result.records["outcome_boundary"], f"{key}{n}") for n, result in enumerate(found)]
+def maps(results, most=2):
+    """Results of the searches with the most rows: of bodies in motion before those that are held."""
+    found = [result for result in searches(results) if disturbance(result.records["outcome_boundary"]) is not None]
+    return sorted(found, key=lambda result: ("prestrain" in result.id, -len(result.records["outcome_boundary"])))[:most]
+
+
+def stable_where(results):
+    """Their figures, as the picture for all."""
+    return [stiffness_limit(result, result.records["outcome_boundary"]) for result in maps(results)]
 
 
 def compared(results):

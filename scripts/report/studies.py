@@ -1,11 +1,13 @@
 """Figures of studies over a case: sweeps, boundaries of outcomes, ablations."""
 
+import os
 import re
 
 import numpy as np
 from matplotlib.lines import Line2D
 
-from report.drawing import MARK, Figure, canvas, column_label, drawable, inline_svg, label_points, legend_above, markers
+from report.drawing import MARK, NARROW, TALL, Figure, canvas, column_label, drawable, inline_svg, label_points, legend_above, markers
+from report.text import raised
 
 MANY_METRICS, MANY_LINES = 4, 8  # panels of a figure, curves of a panel
 WORDS_OF_ERRORS = ("error", "departure", "deviation", "difference")
@@ -88,13 +90,16 @@ def curves(record, chosen, x_name, x, caption):
     if not chosen:
         return None
     drawing, panels = canvas(len(chosen), height=1.3 + 2.2 * len(chosen), sharex=True)
-    handles = []
+    handles, hints = [], []
     for panel, (stem, metrics) in zip(panels, chosen):
         own = []
         for number, ((label, rows), marker) in enumerate(zip(list(lines(record, axes, x_name))[:MANY_LINES], markers())):
             order = rows[np.argsort(x[rows], kind="stable")]
             for metric, style in zip(metrics, ("-", "--", "-.")):
                 (handle,) = panel.plot(x[order], record[metric][order], marker + style, color=f"C{number}", label=label)
+                where = f"{label}, " if label else ""
+                told = zip(x[order], record[metric][order])
+                hints += [(panel, at, y, f"{where}{short(x_name)} {at:.6g}: {metric} {y:.6g}") for at, y in told]
                 if len(metrics) > 1 and number == 0:
                     own.append(Line2D([], [], linestyle=style, color="#555555", label=metric.removeprefix(stem).strip("_")))
                 if metric + "_exact" in record.columns:
@@ -107,23 +112,21 @@ def curves(record, chosen, x_name, x, caption):
             order_guide(panel, x[rows], record[metrics[0]][rows])
         title = column_label(record.columns[metrics[0]]) if len(metrics) == 1 else f"{stem.strip('_').replace('_', ' ')} [1]"
         exact = ", thin: exact" if any(metric + "_exact" in record.columns for metric in metrics) else ""
-        panel.set_title(title + exact, loc="left", fontsize="small")
+        panel.set_title(title + exact, loc="left")
         panel.margins(x=0.06, y=0.12)
-        if own:
-            panel.add_artist(panel.legend(handles=own, loc="best"))
+        legend_above(panel, own)
     for row in np.flatnonzero(~complete & np.isfinite(x)):
         panels[-1].annotate("×", (x[row], 0), xycoords=("data", "axes fraction"), ha="center", color="#B03030")
     if panels[-1].get_xscale() == "log":
         label_points(panels[-1], np.unique(x[np.isfinite(x)]))
-    if handles:
-        panels[0].legend(handles=handles, loc="lower left", bbox_to_anchor=(0, 1.12), ncol=1 if len(handles) > 4 else 2)
+    panels[0].legend_handles = handles + panels[0].legend_handles
     lost = int((~complete).sum())
     if lost:
         caption += f" × marks {lost} of {len(record)} runs that did not complete; see the table."
-    return panels, drawing, caption
+    return panels, drawing, caption, hints
 
 
-def sweep(result, record, key):
+def sweep(result, record):
     """Metrics along the last axis of numbers."""
     axes, metrics, _ = parts(record)
     along = [name for name in axes if is_number(record, name) and len(set(record[name])) > 1]
@@ -133,28 +136,34 @@ def sweep(result, record, key):
     drawn = curves(record, asked(result, metrics), x.name, x.values, f"{record.title}.")
     if drawn is None:
         return None
-    panels, drawing, caption = drawn
+    panels, drawing, caption, hints = drawn
     panels[-1].set_xlabel(x.name.replace("_", " "))
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption, hints))
 
 
-def sweep_cost(result, record, key):
-    """Errors against run time; of rows that ran side by side the first error only."""
+def are_medians(cost):
+    """Whether times are those of repeats, made one after another: only then they are worth a picture."""
+    return "one after another" in cost.title and "median" in cost.columns["wall_seconds"].meaning
+
+
+def sweep_cost(result, record):
+    """Errors against run time, of sweeps that were timed with repeats and have no front."""
     table = result.records.get("sweep")
-    if table is None or "sweep_cost_front" in result.records:
+    if table is None or "sweep_cost_front" in result.records or not are_medians(record):
         return None
     axes, metrics, _ = parts(table)
     along = [name for name in axes if is_number(table, name) and len(set(table[name])) > 1]
-    in_turn = "one after another" in record.title
-    how = "One run each" if in_turn else "Runs side by side, with one thread each"
-    caption = f"What accuracy a second of computing buys. {how}."
     x_name = along[-1] if along else axes[-1]
-    drawn = curves(table, errors_of(metrics)[: MANY_METRICS if in_turn else 1], x_name, record["wall_seconds"], caption)
+    caption = "What accuracy a second of computing buys; medians of repeats."
+    drawn = curves(table, errors_of(metrics)[:MANY_METRICS], x_name, record["wall_seconds"], caption)
     if drawn is None:
         return None
-    panels, drawing, caption = drawn
+    panels, drawing, caption, hints = drawn
+    for panel, (_, names_of_panel) in zip(panels, in_panels([m for m in errors_of(metrics)[:MANY_METRICS] if np.isfinite(table[m]).sum() >= 2])):
+        errors = np.abs(table[names_of_panel[0]])
+        spread(panel, record, record["wall_seconds"], errors, np.isfinite(errors) & (errors > 0))
     panels[-1].set_xlabel("run time of the row [s]")
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption, hints))
 
 
 def short(name):
@@ -183,7 +192,7 @@ def priced(result, front):
     return error, price, np.abs(table[error.name]), prices[price.name]
 
 
-def front(result, record, key):
+def front(result, record):
     """All settings of a sweep by error and price: those that another beats are grey, the others are the front."""
     if "sweep" not in result.records or len(record) < 2:
         return None
@@ -193,11 +202,11 @@ def front(result, record, key):
     seen = (errors > 0) & np.isfinite(errors)
     handles = panel.plot(prices[seen], errors[seen], "o", color="#B8BCC0", markersize=4, label="beaten by another setting")
     if "sweep_cost" in result.records and price.name == "wall_seconds":
-        cost = result.records["sweep_cost"]
-        low, high = (np.abs(cost[f"{end}_wall_seconds"] - prices)[seen] for end in ("min", "max"))
-        panel.errorbar(prices[seen], errors[seen], xerr=(low, high), fmt="none", ecolor="#B8BCC0", elinewidth=0.8, zorder=0)
+        spread(panel, result.records["sweep_cost"], prices, errors, seen)
     best = error.values > 0
     handles += panel.plot(price.values[best], error.values[best], "s-", color="C0", label="worth its price")
+    table, axes = result.records["sweep"], axes_of(record, error.name)
+    hints = [(panel, prices[row], errors[row], told(setting(table, row, axes), errors[row], prices[row], price.name)) for row in np.flatnonzero(seen)]
     panel.set_xscale("log")
     panel.set_yscale("log")
     panel.margins(x=0.08, y=0.1)
@@ -212,7 +221,7 @@ def front(result, record, key):
             clip_on=False,
             label=str(outcome),
         )
-    panel.set_xlabel("run time [s]" if price.name == "wall_seconds" else column_label(price))
+    panel.set_xlabel(price_label(price))
     panel.set_ylabel(column_label(error))
     legend_above(panel, handles)
     caption = "What accuracy costs: every setting of the sweep, and those that no other beats in both."
@@ -221,7 +230,24 @@ def front(result, record, key):
         caption += f" Along the front the error falls with the power {slope:.2f} of the price."
     if price.name == "wall_seconds":
         caption += " Times are medians, bars reach from the fastest to the slowest repeat."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption, hints))
+
+
+def price_label(price):
+    """Label of the axis of what an error costs."""
+    return {"wall_seconds": "run time [s]", "bytes_moved": "memory traffic [byte]"}.get(price.name) or column_label(price)
+
+
+def spread(panel, cost, prices, errors, seen):
+    """Bars from the fastest to the slowest repeat."""
+    low, high = (np.abs(cost[f"{end}_wall_seconds"] - prices)[seen] for end in ("min", "max"))
+    panel.errorbar(prices[seen], errors[seen], xerr=(low, high), fmt="none", ecolor="#B8BCC0", elinewidth=0.8, zorder=0)
+
+
+def told(where, error, price, name):
+    """What the page says of a setting under the pointer."""
+    amount = f"{price:.3g} s" if name == "wall_seconds" else f"{price:.3g} {name.replace('_', ' ')}"
+    return raised(f"{where}: error {error:.3g}, {amount}")
 
 
 def families(results):
@@ -234,27 +260,49 @@ def families(results):
     return found
 
 
-def error_against_time(results, key):
-    """The fronts by run time of all families in one picture; None without any."""
-    timed = [(result, record) for result, record in families(results) if record.name == "sweep_cost_front"]
-    drawing, (panel,) = canvas(height=3.6)
-    handles = []
-    for number, ((result, record), marker) in enumerate(zip(timed[: 2 * MANY_LINES], markers())):
+def error_against_time(results):
+    """The fronts of all families in one picture, what they beat in grey: by run time if any was timed, else by work; None without any."""
+    found = families(results)
+    timed = [(result, record) for result, record in found if record.name == "sweep_cost_front"]
+    found = (timed or found)[: 2 * MANY_LINES]
+    drawing, (panel,) = canvas(width=NARROW, height=TALL)
+    handles, hints, lost = [], [], {}
+    prefix = os.path.commonprefix([result.id for result, _ in found]).rpartition("-")[0]
+    for number, ((result, record), marker) in enumerate(zip(found, markers())):
         error, price = list(record.columns.values())[-2:]
         best = error.values > 0
-        if best.any():
-            style = "-" if number < MANY_LINES else "--"
-            handles += panel.plot(price.values[best], error.values[best], marker + style, color=f"C{number}", label=result.id)
+        if not best.any():
+            continue
+        style = "-" if number < MANY_LINES else "--"
+        handles += panel.plot(price.values[best], error.values[best], marker + style, color=f"C{number}", label=result.id.removeprefix(prefix + "-"))
+        axes = axes_of(record, error.name)
+        for row in np.flatnonzero(best):
+            where = f"{result.id}, {setting(record, row, axes)}"
+            hints.append((panel, price.values[row], error.values[row], told(where, error.values[row], price.values[row], price.name)))
+        if "sweep" in result.records:
+            _, _, errors, prices = priced(result, record)
+            seen = (errors > 0) & np.isfinite(errors)
+            panel.plot(prices[seen], errors[seen], ".", color="#B8BCC0", markersize=3, zorder=0)
+            if timed:
+                spread(panel, result.records["sweep_cost"], prices, errors, seen)
+            outcomes = result.records["sweep"]["outcome"]
+            for outcome in sorted(set(outcomes) - {"completed"}):
+                lost.setdefault(str(outcome), []).extend(prices[(outcomes == outcome) & (prices > 0)])
     if not handles:
         return None
     panel.set_xscale("log")
     panel.set_yscale("log")
-    panel.set_xlabel("run time [s]")
+    for number, (outcome, places) in enumerate(sorted(lost.items())):
+        style = dict(color="#B03030", linestyle="none", transform=panel.get_xaxis_transform(), clip_on=False)
+        handles += panel.plot(places, np.full(len(places), 1.0), "x+1*"[number % 4], label=f"fails: {outcome}", **style)
+    panel.set_xlabel(price_label(price))
     panel.set_ylabel("error [1]")
     panel.margins(x=0.06, y=0.08)
     legend_above(panel, handles)
-    caption = "Error against run time: for each family the settings that no other beats. Each error is what its case says it is."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    caption = "Error against run time" if timed else "Error against work"
+    caption += ": for each family the settings that no other beats, those that are beaten in grey. Each error is what its case says it is."
+    caption += " Times are medians, bars reach from the fastest to the slowest repeat." if timed else ""
+    return Figure(caption, inline_svg(drawing, caption, hints))
 
 
 def answers(results, wanted=(1e-2, 1e-3, 1e-4)):
@@ -310,7 +358,7 @@ def is_curve_of_numbers(record):
     return "(" in record.name
 
 
-def curve_of_numbers(result, record, key):
+def curve_of_numbers(result, record):
     """One number of a study for each value of an axis, beside its reference."""
     x, y = record.columns.values()
     drawing, (axes,) = canvas()
@@ -324,10 +372,10 @@ def curve_of_numbers(result, record, key):
     axes.set_ylabel(column_label(y))
     legend_above(axes, handles)
     caption = f"{record.title}."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def outcome_boundary(result, record, key):
+def outcome_boundary(result, record):
     """Where the outcome changes, along the last axis of numbers."""
     names = list(record.columns)
     axes = names[: names.index("boundary")]
@@ -351,10 +399,10 @@ def outcome_boundary(result, record, key):
     if len(handles) > 1:
         legend_above(panel, handles)
     caption = f"{record.title}; bars: between the two runs that bracket it."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))
 
 
-def ablate_difference(result, record, key):
+def ablate_difference(result, record):
     """How far each variant moves each metric, the most moved first."""
     size = np.abs(record["relative_difference"])
     # What is rounding beside other metrics of the case moves by any factor.
@@ -377,7 +425,6 @@ def ablate_difference(result, record, key):
     panel.set_xscale("log")
     panel.set_yticks(range(len(metrics)), [m.replace("_", " ") for m in metrics])
     panel.set_xlabel("relative difference [1]")
-    panel.grid(axis="y", linewidth=0.4)
-    legend_above(panel, handles, ordinate=130)
+    legend_above(panel, handles)
     caption = "How far each variant moves the metrics of the case; what it does not move is not shown."
-    return Figure(caption, inline_svg(drawing, key, caption))
+    return Figure(caption, inline_svg(drawing, caption))

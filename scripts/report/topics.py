@@ -1,0 +1,113 @@
+"""Where a case stands on the page: its group, its set-up, the files that it comes from."""
+
+import tomllib
+from pathlib import Path
+
+from report import text
+
+ROOT = Path(__file__).parents[2]  # of the source tree
+# Headings and the topics that belong under them; a case stands under the first that it has a topic of.
+GROUPS = {
+    "The paper’s filament": {"filament"},
+    "Against another program": {"peer"},
+    "Stable where": {"stability"},
+    "Cost, and parts left out": {"study"},
+    "Coupling of body and fluid": {"coupling"},
+    "Bond laws": {"bond"},
+    "Bodies in motion": {"dynamics", "waves+solid", "conservation+solid", "invariance"},
+    "Bodies at rest": {"tensile", "elasticity", "bending", "buckling", "torsion", "shear"},
+    "Fluid": {"fluid"},
+}
+ORDER = ("The paper’s filament", "Bond laws", "Bodies at rest", "Bodies in motion", "Fluid", "Coupling of body and fluid")
+KNOWN = {"schema", "id", "title", "question", "equation", "sources", "tier", "topics", "driver", "check", "assumed"}
+LONG = 90  # characters of a value; of longer lists the ends are shown
+
+
+def group_of(result):
+    """Heading of a case; the first topic of one that has none of those known."""
+    topics = set(result.topics)
+    topics |= {f"{topic}+solid" for topic in topics if "solid" in topics}
+    for heading, wanted in GROUPS.items():
+        if topics & wanted or (heading == "Cost, and parts left out" and "ablate" in result.records):
+            return heading
+    return result.topics[0].capitalize() if result.topics else "Other cases"
+
+
+def grouped(results):
+    """Headings with their results, in the order of the page."""
+    found = {}
+    for result in results:
+        found.setdefault(group_of(result), []).append(result)
+    order = [*ORDER, *(heading for heading in GROUPS if heading not in ORDER)]
+    return sorted(found.items(), key=lambda group: order.index(group[0]) if group[0] in order else len(order))
+
+
+def in_words(value):
+    """A value of a case file."""
+    if isinstance(value, dict):
+        return ", ".join(f"{key} = {in_words(inner)}" for key, inner in value.items())
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        words = ", ".join(in_words(inner) for inner in value)
+        if len(words) > LONG and len(value) > 4:
+            words = f"{in_words(value[0])}, {in_words(value[1])}, … {in_words(value[-1])} ({len(value)} values)"
+        return words
+    return str(value)
+
+
+def leaves(table, path=""):
+    """Keys of a case file with their values; tables of tables by their numbers."""
+    for key, value in table.items():
+        place = f"{path}{key}"
+        many = isinstance(value, dict) and (len(value) > 2 or any(isinstance(inner, (dict, list)) for inner in value.values()))
+        if many or (isinstance(value, dict) and value and not path):
+            yield from leaves(value, f"{place}.")
+        elif isinstance(value, list) and value and all(isinstance(inner, dict) for inner in value):
+            for number, inner in enumerate(value):
+                yield from leaves(inner, f"{place}.{number}.")
+        else:
+            yield place, in_words(value)
+
+
+def set_up(result):
+    """Rows (key, value, why it was assumed) of what the case file says of the scene; none of a file that is no TOML."""
+    try:
+        case = tomllib.loads(result.case_text)
+    except tomllib.TOMLDecodeError:
+        return []
+    why = {row["path"]: row["why"] for row in result.assumed}
+    rows = [(key, value, why.pop(key, "")) for key, value in leaves({k: v for k, v in case.items() if k not in KNOWN})]
+    return rows + [(row["path"], row["value"], row["why"]) for row in result.assumed if row["path"] in why]
+
+
+def monitored(result, *keys):
+    """Number at a place of the case file, None where it names none."""
+    try:
+        value = tomllib.loads(result.case_text)
+        for key in keys:
+            value = value[key]
+        return float(value)
+    except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError):
+        return None
+
+
+def sources_of(result, out):
+    """Files of the source tree that the case comes from: (what, name, address from the page or None outside the tree)."""
+    names = [("case", f"cases/{result.case_id}.toml")]
+    stem = result.driver.replace("-", "_")
+    names += [("driver", str(path.relative_to(ROOT))) for path in sorted((ROOT / "verify/measures").glob(f"*/{stem}.cpp"))]
+    names += [("reference", f"reference/{reference.id}.toml") for reference in result.references]
+    folder = Path(out).resolve().parent
+    found = []
+    for what, name in names:
+        if (ROOT / name).is_file():
+            steps = len(folder.relative_to(ROOT).parts) if ROOT in (folder, *folder.parents) else None
+            found.append((what, name, None if steps is None else "../" * steps + name))
+    return found
+
+
+def rerun(result):
+    """Command that makes the result again."""
+    shipped = (ROOT / "cases" / f"{result.case_id}.toml").is_file()
+    return text.command("run", result.case_id if shipped else result.case_path or result.case_id, result.overrides)
