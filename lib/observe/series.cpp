@@ -1,5 +1,6 @@
 #include "observe/series.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -173,6 +174,97 @@ Series forces(const scene::Scene& scene) {
       if (body.solid().conditions().load.size() > 0)
         support -= body.solid().conditions().load.colwise().sum().transpose();
       add(row, support);
+    }
+    return row;
+  };
+  return series;
+}
+
+namespace {
+
+/// Rows less their mean.
+Positions about_centre(const Positions& X) { return X.rowwise() - X.colwise().mean(); }
+
+/// Of a body whose nodes are of equal mass.
+Vec3 angular_velocity(const MovingBody& body) {
+  const Positions x = about_centre(body.positions());
+  const Positions v = about_centre(body.solid().half_velocity());
+  Mat3 inertia = Mat3::Zero();  // over the mass of a node, as is the angular momentum
+  Vec3 momentum = Vec3::Zero();
+  for (Eigen::Index i = 0; i < x.rows(); ++i) {
+    const Vec3 r = x.row(i);
+    inertia += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
+    momentum += r.cross(Vec3(v.row(i)));
+  }
+  return inertia.completeOrthogonalDecomposition().solve(momentum);
+}
+
+/// Whether the nodes of a body lie neither in a plane nor on a line.
+bool is_solid(const scene::Body& body) {
+  const Positions X = about_centre(body.network.rest);
+  const Mat3 spread = X.transpose() * X;
+  return spread.fullPivLu().isInvertible();
+}
+
+}  // namespace
+
+Series rigid_motion(const scene::Scene& scene) {
+  Series series;
+  for (const scene::Body& body : scene.bodies) {
+    if (body.motion) continue;
+    add_vector(series.columns, body.name, "L", "centre of mass, not wrapped");
+    add_vector(series.columns, body.name + "_velocity", "L T^-1", "of the centre of mass");
+    add_vector(series.columns, body.name + "_omega", "T^-1", "angular velocity");
+    add_vector(series.columns, body.name + "_turn", "1", "how far it has turned since the start");
+  }
+  const auto turned = std::make_shared<std::vector<Vec3>>();  // empty before the start
+  series.every_step = [turned](const Simulation& simulation) {
+    const bool first = turned->empty();
+    std::size_t at = 0;
+    for_elastic(simulation, [&](const MovingBody& body) {
+      if (first) {
+        turned->push_back(Vec3::Zero());
+      } else {
+        (*turned)[at++] += angular_velocity(body);
+      }
+    });
+  };
+  series.row = [turned](const Simulation& simulation) {
+    std::vector<double> row;
+    std::size_t at = 0;
+    for_elastic(simulation, [&](const MovingBody& body) {
+      add(row, body.positions().colwise().mean().transpose());
+      add(row, body.solid().half_velocity().colwise().mean().transpose());
+      add(row, angular_velocity(body));
+      add(row, (*turned)[at++]);
+    });
+    return row;
+  };
+  return series;
+}
+
+Series deformation(const scene::Scene& scene) {
+  Series series;
+  std::vector<bool> wanted;
+  for (const scene::Body& body : scene.bodies) {
+    wanted.push_back(!body.motion && is_solid(body));
+    if (!wanted.back()) continue;
+    series.columns.push_back({body.name + "_stretch_max", "", "1", "largest principal stretch", {}});
+    series.columns.push_back({body.name + "_stretch_mid", "", "1", "principal stretch between", {}});
+    series.columns.push_back({body.name + "_stretch_min", "", "1", "smallest principal stretch", {}});
+    series.columns.push_back({body.name + "_taylor", "D", "1", "(max - min)/(max + min)", {}});
+  }
+  series.row = [wanted](const Simulation& simulation) {
+    std::vector<double> row;
+    for (std::size_t i = 0; i < simulation.body_count(); ++i) {
+      if (!wanted[i]) continue;
+      const MovingBody& body = simulation.body(i);
+      const Positions X = about_centre(body.network().rest), u = about_centre(body.displacement());
+      // u = X G^T for an affine one: least squares over the nodes.
+      const Mat3 G = ((X.transpose() * X).ldlt().solve(X.transpose() * u)).transpose();
+      const Vec3 stretch = (Mat3::Identity() + G).jacobiSvd().singularValues();
+      row.insert(row.end(),
+                 {stretch[0], stretch[1], stretch[2], (stretch[0] - stretch[2]) / (stretch[0] + stretch[2])});
     }
     return row;
   };

@@ -34,6 +34,16 @@ Series momentum(const scene::Scene& scene);
 /// of the body's balance.
 Series forces(const scene::Scene& scene);
 
+/// Each body that moves by its own forces as a rigid one: its centre of mass and that one's velocity, its
+/// angular velocity, angular momentum by tensor of inertia, and how far it has turned since the start, the
+/// sum of that; velocities are those that leap-frog carries, half a step old. Of bodies that have nodes in a
+/// line alone the turning about that line is none.
+Series rigid_motion(const scene::Scene& scene);
+
+/// Principal stretches of each such body and its Taylor deformation (max - min)/(max + min), by the affine
+/// map that fits the places of its nodes best. Bodies whose nodes lie in a plane have none.
+Series deformation(const scene::Scene& scene);
+
 /// Smallest and largest strain of any bond of each body, over every step since the row before.
 Series strains(const scene::Scene& scene);
 

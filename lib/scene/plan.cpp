@@ -55,7 +55,9 @@ void plan_solid(const SolidSpec& spec, const Outline& scene, Plan& plan) {
   const double factor = size.nodes * 9.0 * std::min(size.section, 4096.0) * 12.0;
   const bool moves =
       has(scene.by, Kind::LeapFrog) || has(scene.by, Kind::Midpoint) || has(scene.by, Kind::RungeKutta);
-  const double solver = moves ? size.nodes * 24.0 : (size.bonds * 36.0 + angle_count * 144.0) * 32.0 + factor;
+  const bool solves = !moves || has(scene.by, Kind::Statics);
+  const double solver = (moves ? size.nodes * 24.0 : 0.0) +
+                        (solves ? (size.bonds * 36.0 + angle_count * 144.0) * 32.0 + factor : 0.0);
   const double available = available_memory_bytes();
   if (network + state + solver > available || size.nodes * 3.0 > 2147483647.0) {
     throw BadParameter(

@@ -80,6 +80,9 @@ engine::Study read_immersed(const io::Table& top);
 /// A clamped rod in a stream against a beam under the forces that were exchanged.
 engine::Study read_crossflow(const io::Table& top);
 
+/// A layer on an oscillating plate, against the exact motion of solid and fluid.
+engine::Study read_elastic_layer(const io::Table& top);
+
 /// Node mass at which the coupling of a rod to the fluid becomes unstable: linearised map against runs.
 engine::Study read_coupling_stability(const io::Table& top);
 
@@ -123,6 +126,8 @@ inline const std::vector<engine::Driver>& all() {
        &read_filament_linear},
       {"immersed", "bodies of markers in prescribed motion, against known drag", &read_immersed},
       {"crossflow", "clamped rod in a stream, against a beam under the same forces", &read_crossflow},
+      {"elastic-layer", "elastic layer on an oscillating plate, against its exact motion",
+       &read_elastic_layer},
       {"coupling-stability", "smallest stable node mass of a coupled rod: linearised map against runs",
        &read_coupling_stability},
       {"coupled-spectrum", "growth of small perturbations of a scene: its spectrum, the linearised map, runs",

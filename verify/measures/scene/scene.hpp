@@ -62,6 +62,13 @@ struct Observation {
   std::size_t body = 0;               // whose nodes are looked at, and
   std::vector<std::int32_t> nodes{};  // which
   observe::Series (*series)(const scene::Scene&) = nullptr;
+  /// When does that column first reach that value? Counted from where it first was at `from`.
+  struct Reach {
+    std::string column;
+    double value;
+    std::optional<double> from;
+  };
+  std::optional<Reach> reach{};  // of a series
 
   /// One row each time: it has metrics.
   bool is_series() const { return probes || series != nullptr; }
@@ -82,7 +89,8 @@ void add_observers(const Observation& observation, const scene::Scene& scene,
                    std::vector<observe::Record>& records, std::size_t at,
                    std::vector<observe::Observer>& observers);
 
-/// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows.
+/// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows, and `.reached`, the time when the column
+/// that `reaches` names comes to its value. Throws NumericalFailure when it never does.
 std::vector<observe::Metric> metrics_of(const Observation& observation, const observe::Record& record);
 
 }  // namespace veriflex::measures

@@ -11,12 +11,38 @@
 
 namespace veriflex::measures {
 
+namespace {
+
+/// The steady flow between the walls of the axis that it names.
+std::function<fluid::Populations(std::int64_t)> couette(const io::Table& t, const fluid::Spec& fluid) {
+  const int along = engine::read_axis(t, "along");
+  const auto a = static_cast<std::size_t>(along);
+  const std::optional<fluid::Walls>& walls = fluid.walls[a];
+  if (!walls) {
+    t.fail("along", fmt::format("the box has no walls along {}", "xyz"[along]),
+           "the flow is that between them", fmt::format("Add walls_{} with their velocities", "xyz"[along]));
+  }
+  const Grid grid = fluid.grid;
+  const double tau = fluid.relaxation_time;
+  const Vec3 low = walls->low_velocity;
+  const Vec3 slope = (walls->high_velocity - low) / static_cast<double>(grid.size[a]);
+  Mat3 gradient = Mat3::Zero();
+  gradient.row(along) = slope.transpose();
+  return [grid, a, low, slope, gradient, tau](std::int64_t node) {
+    const double from_wall = static_cast<double>(grid.node(node)[a]) + 0.5;
+    return fluid::near_equilibrium(1.0, low + from_wall * slope, gradient, tau);
+  };
+}
+
+}  // namespace
+
 std::function<fluid::Populations(std::int64_t)> read_initial_flow(const io::Table& top,
                                                                   const fluid::Spec& fluid) {
   const io::Table table = top.table("fluid");
   if (!table.has("initial")) return {};
   const io::Table t = table.table("initial");
-  const std::string flow = t.choice("flow", {"uniform", "shear-wave"});
+  const std::string flow = t.choice("flow", {"uniform", "shear-wave", "couette"});
+  if (flow == "couette") return couette(t, fluid);
   const Vec3 U = engine::read_vector(t, "velocity");
   if (flow == "uniform") {
     const fluid::Populations h = fluid::equilibrium(1.0, U);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/error.hpp"
 #include "base/memory.hpp"
 #include "base/reduce.hpp"
 #include "engine/read_scene.hpp"
@@ -34,6 +35,8 @@ const std::vector<Kind>& kinds() {
       {"energies", "Energies of bodies and fluid", &observe::energies},
       {"momentum", "Momentum of bodies and fluid", &observe::momentum},
       {"forces", "Forces on bodies in the last step", &observe::forces},
+      {"rigid motion", "Bodies as rigid ones", &observe::rigid_motion},
+      {"deformation", "Principal stretches of bodies", &observe::deformation},
       {"strain", "Extreme strains of bonds", &observe::strains},
       {"slip", "Slip at the coupled nodes", &observe::slip},
   };
@@ -158,6 +161,38 @@ std::string read_name(const io::Table& t, const std::string& what, const std::ve
   return name;
 }
 
+/// `reaches`: a column of the observation's record, and a value.
+void read_reach(const io::Table& t, const Record& record, Observation& to) {
+  if (!t.has("reaches")) return;
+  if (!to.is_series()) {
+    t.fail("reaches", fmt::format("'{}' has many rows each time", to.what),
+           "a column of a series reaches a value", "Leave it out");
+  }
+  const io::Table reaches = t.table("reaches");
+  std::vector<std::string> names;
+  for (std::size_t c = 2; c < record.columns.size(); ++c) names.push_back(record.columns[c].name);
+  to.reach = {reaches.choice("column", names), reaches.number("value"), reaches.number_if("from")};
+}
+
+/// When a column first comes to a value, between two rows on the straight line  [T].
+double time_of(const Record& record, const std::string& column, double value) {
+  const std::vector<double>& time = record.find("time")->values;
+  const std::vector<double>& values = record.find(column)->values;
+  for (std::size_t i = 1; i < values.size(); ++i) {
+    const double before = values[i - 1] - value, now = values[i] - value;
+    if (before * now > 0.0 || now == before) continue;
+    return time[i] - (time[i] - time[i - 1]) * now / (now - before);
+  }
+  throw NumericalFailure(
+      fmt::format("{}.{} did not come to {} within {} steps", record.name, column, value, time.back()),
+      FailureMode::NotConverged);
+}
+
+double time_of(const Record& record, const Observation::Reach& reach) {
+  const double until = time_of(record, reach.column, reach.value);
+  return reach.from ? until - time_of(record, reach.column, *reach.from) : until;
+}
+
 std::size_t rows_of(const Observation& o) {
   return o.is_series() ? 1 : std::max(o.places.size(), o.nodes.size());
 }
@@ -210,6 +245,7 @@ std::vector<Observation> read_observations(const io::Table& top, const scene::Sc
     } else {
       read_places(t, scene, o);
     }
+    read_reach(t, empty_record(o, scene), o);
     const double looks = 2.0 + static_cast<double>(steps) / o.due.interval;
     const auto columns = static_cast<double>(empty_record(o, scene).columns.size());
     bytes += 8.0 * looks * static_cast<double>(rows_of(o)) * columns;
@@ -259,6 +295,7 @@ std::vector<std::string> measures_of(const Observation& o, const scene::Scene& s
     measures.push_back(name);
     if (!o.is_series() || column.name == "step" || column.name == "time") continue;
     for (const char* of : {".last", ".mean", ".min", ".max"}) measures.push_back(name + of);
+    if (o.reach && o.reach->column == column.name) measures.push_back(name + ".reached");
   }
   return measures;
 }
@@ -293,6 +330,11 @@ std::vector<observe::Metric> metrics_of(const Observation& o, const Record& reco
     metrics.push_back({name + ".mean", values.mean(), column.dimension, "mean over the rows"});
     metrics.push_back({name + ".min", smallest(values), column.dimension, "least of the rows"});
     metrics.push_back({name + ".max", largest(values), column.dimension, "largest of the rows"});
+    if (o.reach && o.reach->column == column.name) {
+      metrics.push_back({name + ".reached", time_of(record, *o.reach), "T",
+                         fmt::format("when it first was {}", o.reach->value) +
+                             (o.reach->from ? fmt::format(", since it was {}", *o.reach->from) : "")});
+    }
   }
   return metrics;
 }

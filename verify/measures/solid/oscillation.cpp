@@ -34,14 +34,16 @@ constexpr std::array integrators{
     Named<Integrator>{Integrator::RungeKutta, "runge-kutta", "runge_kutta",
                       "Prince and Dormand's embedded Runge-Kutta method of order 8, by GSL"}};
 
-parts::Kind kind_of(Integrator integrator) {
+// What an integrator is made of.
+std::vector<parts::Kind> parts_of(Integrator integrator) {
+  using parts::Kind;
   switch (integrator) {
     case Integrator::LeapFrog:
-      return parts::Kind::LeapFrog;
+      return {Kind::LeapFrog};
     case Integrator::ImplicitMidpoint:
-      return parts::Kind::Midpoint;
+      return {Kind::Midpoint, Kind::Statics};
     case Integrator::RungeKutta:
-      return parts::Kind::RungeKutta;
+      return {Kind::RungeKutta};
   }
   throw std::logic_error("no integrator");
 }
@@ -391,7 +393,7 @@ engine::Study read_oscillation(const io::Table& top) {
   return {.plan = engine::read_plan(top, {.law = law,
                                           .solid = solid,
                                           .method = fmt::format("{}, from rest", integrator.text),
-                                          .by = {kind_of(study.integrator)}}),
+                                          .by = parts_of(study.integrator)}),
           .declares = declared(study),
           .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
             run(study, seen);

@@ -1,0 +1,126 @@
+// A body as a rigid one, its stretches, and when a column reaches a value.
+#include <Eigen/Geometry>
+
+#include "bond/harmonic.hpp"
+#include "catch.hpp"
+#include "observe/series.hpp"
+#include "scene/simulation.hpp"
+#include "unit/command.hpp"
+
+using namespace veriflex;
+
+namespace {
+
+scene::Body free_block(const solid::Block& block) {
+  solid::Network network = solid::cubic_lattice(block);
+  solid::add_angles(network);
+  return {.material = {bond::Harmonic{0.26, 1.0}, 0.025},
+          .network = std::move(network),
+          .place = {5.0, 6.0, 7.0},
+          .name = "block"};
+}
+
+/// The row of a series after some steps of that body alone.
+std::vector<double> row_after(int steps, observe::Series (*of)(const scene::Scene&),
+                              const scene::Body& body) {
+  const scene::Scene scene{.bodies = {body}};
+  const observe::Series series = of(scene);
+  scene::Simulation simulation(scene);
+  if (series.every_step) series.every_step(simulation);
+  for (int step = 0; step < steps; ++step) {
+    simulation.advance();
+    if (series.every_step) series.every_step(simulation);
+  }
+  return series.row(simulation);
+}
+
+}  // namespace
+
+TEST_CASE("A body that moves as a rigid one has that velocity, angular velocity and turn") {
+  scene::Body body = free_block({{3, 4, 5}, 1.0});
+  const Vec3 omega(1e-5, -2e-5, 3e-5), velocity(1e-4, 2e-4, -3e-4);
+  const Positions& rest = body.network.rest;
+  const Positions x = rest.rowwise() - rest.colwise().mean();
+  body.start.velocity.resize(rest.rows(), 3);
+  for (Eigen::Index i = 0; i < rest.rows(); ++i)
+    body.start.velocity.row(i) = (velocity + omega.cross(Vec3(x.row(i)))).transpose();
+  constexpr int steps = 50;
+  const std::vector<double> row = row_after(steps, &observe::rigid_motion, body);
+  const Vec3 centre = body.place + Vec3(rest.colwise().mean()) + steps * velocity;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto a = static_cast<Eigen::Index>(axis);
+    CHECK(row[axis] == Approx(centre[a]).epsilon(1e-12));
+    CHECK(row[3 + axis] == Approx(velocity[a]).epsilon(1e-10));
+    CHECK(row[6 + axis] == Approx(omega[a]).epsilon(1e-3));
+    CHECK(row[9 + axis] == Approx(steps * omega[a]).epsilon(1e-3));
+  }
+}
+
+TEST_CASE("A line of nodes turns about the axes across it only") {
+  scene::Body body = free_block({{1, 1, 4}, 1.0});
+  body.start.velocity = Positions::Zero(4, 3);
+  for (Eigen::Index i = 0; i < 4; ++i)
+    body.start.velocity.row(i) = Vec3(1e-5, 0.0, 0.0).cross(Vec3(body.network.rest.row(i))).transpose();
+  const std::vector<double> row = row_after(0, &observe::rigid_motion, body);
+  CHECK(row[6] == Approx(1e-5).epsilon(1e-10));
+  CHECK(row[7] == Approx(0.0).margin(1e-18));
+  CHECK(row[8] == Approx(0.0).margin(1e-18));
+}
+
+TEST_CASE("An affine map of a body has its own principal stretches, however it is turned") {
+  scene::Body body = free_block({{4, 3, 3}, 1.0});
+  const Mat3 turn = Eigen::AngleAxisd(2.0, Vec3(1.0, 2.0, -1.0).normalized()).toRotationMatrix();
+  const Mat3 other = Eigen::AngleAxisd(0.7, Vec3::UnitX()).toRotationMatrix();
+  const Mat3 map = turn * Vec3(1.1, 0.8, 1.0).asDiagonal() * other;
+  body.start.displacement = body.network.rest * (map - Mat3::Identity()).transpose();
+  const std::vector<double> row = row_after(0, &observe::deformation, body);
+  REQUIRE(row.size() == 4);
+  CHECK(row[0] == Approx(1.1).epsilon(1e-12));
+  CHECK(row[1] == Approx(1.0).epsilon(1e-12));
+  CHECK(row[2] == Approx(0.8).epsilon(1e-12));
+  CHECK(row[3] == Approx(0.3 / 1.9).epsilon(1e-12));
+}
+
+TEST_CASE("A body whose nodes lie in a plane has no stretch across it, and no column") {
+  CHECK(observe::deformation(scene::Scene{.bodies = {free_block({{4, 3, 1}, 1.0})}}).columns.empty());
+}
+
+TEST_CASE(
+    "A column reaches its value between two rows, counted from another, or the run says that it did not") {
+  const auto outcome = [](const std::string& reaches) {
+    const unit::Folder folder;
+    folder.write("wave.toml", R"(schema = 2
+id = "wave"
+title = "A fluid that is driven"
+question = "When is it so fast?"
+equation = "u = g t"
+sources = []
+tier = "quick"
+topics = []
+driver = "scene"
+[fluid]
+nodes = [4, 4, 4]
+relaxation_time = 1.0
+body_force = [1e-4, 0.0, 0.0]
+[[observe]]
+what = "momentum"
+every = 10
+reaches = )" + reaches + R"(
+[run]
+steps = 100
+[[check]]
+kind = "verification"
+statement = "uniform acceleration"
+metric = "momentum.fluid_x.reached"
+target = 25.0
+target_kind = "analytic"
+source = "64 nodes of 1e-4 a step: 0.0064 t"
+tolerance = { absolute = 1e-9, reason = "rounding" }
+)");
+    return folder.run({"run", "wave.toml", "--out", "out"}).code;
+  };
+  CHECK(outcome(R"({ column = "fluid_x", value = 0.16 })") == 0);
+  CHECK(outcome(R"({ column = "fluid_x", value = 0.24, from = 0.08 })") == 0);
+  CHECK(outcome(R"({ column = "fluid_x", value = 0.64001 })") == 3);
+  CHECK(outcome(R"({ column = "fluid", value = 0.1 })") == 2);
+}
