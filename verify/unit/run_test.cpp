@@ -521,7 +521,7 @@ TEST_CASE("Out of memory in one case of three: it is named and stored, the other
                text.replace(nodes, text.find('\n', nodes + 1) - nodes, "\nnodes = [400, 400, 400]"));
   folder.write("cs/a.toml", named("a"));
   folder.write("cs/z.toml", named("z"));
-  const Ran ran = folder.shell("ulimit -v 2000000; \"$V\" verify --cases cs --out o --threads 1");
+  const Ran ran = folder.shell("ulimit -d 2000000; \"$V\" verify --cases cs --out o --threads 1");
   CHECK(ran.code == 3);
   CHECK_THAT(ran.err, ContainsSubstring("m.toml: out of memory"));
   CHECK(attribute(folder.path() / "o/m.h5", "error_kind") == "memory");

@@ -286,13 +286,14 @@ void run(const Oscillation& study, Observations& seen) {
   seen.set("exact_period", study.exact);
   if (study.nodes == 2)
     seen.set("period_over_harmonic", study.exact * std::sqrt(2.0 * k) / (2.0 * std::numbers::pi));
-  if (study.integrator != Integrator::RungeKutta) {  // known also of a run that fails
-    seen.set("substeps_per_period", study.exact / study.substep());
-    seen.set("dt_over_limit", study.substep() / limit);
-  }
+  const auto tell_steps = [&](double substep) {
+    seen.set("substeps_per_period", study.exact / substep);
+    seen.set("dt_over_limit", substep / limit);
+  };
+  const bool is_adaptive = study.integrator == Integrator::RungeKutta;
+  if (!is_adaptive) tell_steps(study.substep());  // before the run: it may fail
   const Measured measured = measure(study);
-  seen.set("substeps_per_period", study.exact / measured.substep);
-  seen.set("dt_over_limit", measured.substep / limit);
+  if (is_adaptive) tell_steps(measured.substep);
   seen.set("period", measured.period);
   seen.set("period_error", std::abs(measured.period / study.exact - 1.0));
 }
