@@ -13,7 +13,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from report import cache, results, text
+from report import cache, results, text, topics
 
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
 HERE = Path(__file__).parent / "report"
@@ -65,7 +65,7 @@ def write(path, page):
         aside.unlink(missing_ok=True)
 
 
-def verdict_table(results_read, unreadable, counts_of_paper):
+def verdict_table(results_read, unreadable, counts_of_paper, skipped):
     """Lines of a plain-text table, one row per case, and a line of counts."""
     head = ("case", "verdict", "checks", "worst margin", "findings", "wall s")
     body = []
@@ -98,6 +98,8 @@ def verdict_table(results_read, unreadable, counts_of_paper):
         + (f", {counts['measured']} measured without a check" if counts["measured"] else "")
         + (f"; not counted: {len(changed)} changed by --set" if changed else "")
     )
+    if skipped:
+        lines.append(f"not run: {skipped} (make verify TIER=full)")
     if counts_of_paper:
         lines.append(f"statements of the paper: {standings_in_words(counts_of_paper)}")
     return lines
@@ -129,7 +131,7 @@ def report_of(paths, ledger, out):
     standing = ledger["counts"] if ledger and page.ledger_rows(ledger["claims"], results_read) else {}
     made = dict(
         page=page.render(results_read, figures, unreadable, ledger, out),
-        table=verdict_table(results_read, unreadable, standing),
+        table=verdict_table(results_read, unreadable, standing, topics.skipped(results_read) if standing else ""),
         complaints=[broken.message for broken in unreadable],
     )
     kept.put(key, made)

@@ -259,6 +259,8 @@ class Ledger(unittest.TestCase):
             out, page = self.page_of(folder, claims, counts)
             words = "0 hold, 1 refuted in part, 0 refuted, 1 not decidable, 0 not run"
             self.assertIn(f"statements of the paper: {words}\n", out)
+            self.assertRegex(out, r"not run: \d+ of tier quick, \d+ of tier full, \d+ of tier paper")
+            self.assertRegex(page, r"Not run: \d+ of tier quick")
             self.assertIn(f"2 statements: {words}", page)
             self.assertIn("E = &lt;1&gt;", page)
             self.assertIn("published 1", page)
@@ -272,6 +274,7 @@ class Ledger(unittest.TestCase):
             write_result(Path(folder), "one", "pass")
             out, page = self.page_of(folder, [entry | dict(judgements=[])], {"not run": 1})
             self.assertNotIn("statements of the paper", out)
+            self.assertNotIn("not run", out)
             self.assertNotIn('id="ledger"', page)
 
 

@@ -177,6 +177,7 @@ def render(results_read, figures_by_file, unreadable, ledger, out):
         verdicts=Counter(result.verdict for result in standing),
         broken=[result for result in standing if result.verdict not in ("pass", "measured")],
         title=title_of(entries, results_read),
+        skipped=topics.skipped(results_read) if entries else "",
         citation=cited(ledger["citation"]) if entries and "citation" in ledger else "",
         sections={name for name, content in there.items() if content},
         section_names=SECTIONS,

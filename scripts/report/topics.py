@@ -111,3 +111,17 @@ def rerun(result):
     """Command that makes the result again."""
     shipped = (ROOT / "cases" / f"{result.case_id}.toml").is_file()
     return text.command("run", result.case_id if shipped else result.case_path or result.case_id, result.overrides)
+
+
+def skipped(results_read):
+    """Cases of the repository without a result here, by tier, in words: "34 of tier full, 2 of tier paper"; empty, if none."""
+    there = {result.id for result in results_read}
+    tiers = {"quick": 0, "full": 0, "paper": 0}
+    for file in (ROOT / "cases").glob("*.toml"):
+        try:
+            case = tomllib.loads(file.read_text("utf-8"))
+        except (OSError, ValueError):
+            continue
+        if case.get("tier") in tiers and case.get("id") not in there:
+            tiers[case["tier"]] += 1
+    return ", ".join(f"{count} of tier {tier}" for tier, count in tiers.items() if count)
