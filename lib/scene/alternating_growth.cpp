@@ -115,11 +115,12 @@ Eigen::MatrixXd rounds_of(const CoupledStep& step) {
 
 Scales scales_of(const CoupledStep& step) {
   return {largest_of(step.stiffness(), "largest eigenvalue of the stiffness"),
-          step.marker_volume() * largest_of(step.exchange(), "largest eigenvalue of the exchange")};
+          largest_of(step.answering(), "largest eigenvalue of the exchange")};
 }
 
 std::optional<AlternatingGrowth> AlternatingGrowth::of(const CoupledStep& step, const Scales& scales) {
   constexpr double most_rounds_markers = 2000;  // a dense matrix of them is factorised
+  if (!step.is_uniform()) return std::nullopt;
   const int n = step.substeps();
   const double stiffest = scales.stiffness * (1.0 + 1e-9);
   const double cosine = 1.0 - stiffest / (2.0 * step.node_mass() * n * n);

@@ -114,13 +114,22 @@ void check_pair(const CaseBody& a, const CaseBody& b, const fluid::Spec& fluid) 
 
 void run(const SceneStudy& study, observe::Observations& seen, Progress& progress, engine::Cost& cost) {
   if (study.has_elastic_coupling()) {
-    seen.metrics.push_back({"coupling_growth", 0.0, "1",
-                            "largest factor a step of the linearised coupling, body by body, without the "
-                            "fluid's own motion; up to 1 is stable"});
+    seen.metrics.push_back(
+        {"coupling_growth", 0.0, "1",
+         "largest factor a step of the linearised coupling, of each body and of bodies that share nodes of "
+         "the fluid, without the fluid's own motion; up to 1 is stable"});
     for (const CaseBody& body : study.bodies) {
       if (!body.body.coupling || body.body.motion) continue;
       engine::check_coupling(*study.scene.fluid, body.body, body.body.name, body.table.place("node_mass"),
                              seen.metrics.back().value, progress);
+    }
+    for (const std::vector<std::size_t>& together : scene::bodies_that_share_nodes(study.scene)) {
+      if (together.size() == 1) continue;
+      std::vector<scene::Body> bodies;
+      for (const std::size_t i : together) bodies.push_back(study.scene.bodies[i]);
+      engine::check_common_coupling(*study.scene.fluid, bodies,
+                                    study.bodies[together.front()].table.place("coupling"),
+                                    seen.metrics.back().value, progress);
     }
     cost.finish("stability of the coupling");
   }
