@@ -72,10 +72,15 @@ Eigen::SparseMatrix<double> exchange_of(const std::vector<coupling::Transfer>& t
 }  // namespace
 
 std::vector<std::vector<std::size_t>> bodies_that_share_nodes(const Scene& scene) {
+  std::vector<std::size_t> coupled;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.fluid && scene.bodies[i].coupling) coupled.push_back(i);
+  }
+  if (coupled.empty()) return {};
+  if (coupled.size() == 1) return {coupled};
   std::vector<std::vector<std::size_t>> groups;
   std::vector<std::vector<coupling::Transfer>> supports;  // of each group's bodies
-  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
-    if (!scene.fluid || !scene.bodies[i].coupling) continue;
+  for (const std::size_t i : coupled) {
     std::vector<std::size_t> group{i};
     std::vector<coupling::Transfer> own = transfers_of(*scene.fluid, std::span(&scene.bodies[i], 1));
     for (std::size_t g = groups.size(); g-- > 0;) {
