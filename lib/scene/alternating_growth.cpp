@@ -16,7 +16,10 @@ namespace {
 using Vector = Eigen::VectorXd;
 using Sparse = Eigen::SparseMatrix<double>;
 
-constexpr double tolerance = 1e-11;    // of eigenvalues
+constexpr double tolerance = 1e-11;  // of eigenvalues
+// Of K or A; below, a dense solver is faster, and cannot fail as Lanczos' method does where a matrix has so
+// few different eigenvalues (a single bond: two) that the Krylov space ends at once.
+constexpr Eigen::Index dense_size = 200;
 constexpr double room = 0.02;          // of 1 + cos(n theta), which the polynomials divide by
 constexpr int most_terms = 200;        // of a polynomial; `room` needs 60
 constexpr double series_ends = 1e-14;  // last coefficient over the largest
@@ -39,7 +42,7 @@ double largest_of(const Sparse& matrix, const char* what) {
   if (matrix.rows() == 0) return 0.0;
   const double norm = solid::infinity_norm(matrix);
   if (norm == 0.0 || !(norm < overflow)) return norm;
-  if (matrix.rows() <= 3) {
+  if (matrix.rows() <= dense_size) {
     return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(matrix), Eigen::EigenvaluesOnly)
         .eigenvalues()
         .maxCoeff();
@@ -112,11 +115,12 @@ Eigen::MatrixXd rounds_of(const CoupledStep& step) {
 
 Scales scales_of(const CoupledStep& step) {
   return {largest_of(step.stiffness(), "largest eigenvalue of the stiffness"),
-          step.marker_volume() * largest_of(step.exchange(), "largest eigenvalue of the exchange")};
+          largest_of(step.answering(), "largest eigenvalue of the exchange")};
 }
 
 std::optional<AlternatingGrowth> AlternatingGrowth::of(const CoupledStep& step, const Scales& scales) {
   constexpr double most_rounds_markers = 2000;  // a dense matrix of them is factorised
+  if (!step.is_uniform()) return std::nullopt;
   const int n = step.substeps();
   const double stiffest = scales.stiffness * (1.0 + 1e-9);
   const double cosine = 1.0 - stiffest / (2.0 * step.node_mass() * n * n);

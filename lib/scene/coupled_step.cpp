@@ -1,6 +1,9 @@
 #include "scene/coupled_step.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <unordered_map>
 
 #include "coupling/transfer.hpp"
 #include "scene/markers.hpp"
@@ -11,28 +14,90 @@ namespace veriflex::scene {
 
 namespace {
 
+std::vector<coupling::Transfer> transfers_of(const fluid::Spec& fluid, std::span<const Body> bodies) {
+  std::vector<coupling::Transfer> transfers;
+  for (const Body& body : bodies) {
+    transfers.emplace_back(fluid.grid, closed(fluid), body.coupling->delta, fluid.obstacle);
+    transfers.back().locate(markers_at_rest(body));
+  }
+  return transfers;
+}
+
+/// Nodes that two bodies touch: their places in both lists.
+std::vector<std::pair<Eigen::Index, Eigen::Index>> shared_nodes(const coupling::Transfer& a,
+                                                                const coupling::Transfer& b) {
+  std::unordered_map<std::int64_t, Eigen::Index> places;
+  for (std::size_t i = 0; i < a.nodes().size(); ++i) places.emplace(a.nodes()[i], i);
+  std::vector<std::pair<Eigen::Index, Eigen::Index>> shared;
+  for (std::size_t i = 0; i < b.nodes().size(); ++i) {
+    const auto found = places.find(b.nodes()[i]);
+    if (found != places.end()) shared.emplace_back(found->second, static_cast<Eigen::Index>(i));
+  }
+  return shared;
+}
+
 /// A: what a unit force at one marker gives to all, three markers at a time.
-Eigen::SparseMatrix<double> exchange_of(const coupling::Transfer& transfer, Eigen::Index markers) {
+Eigen::SparseMatrix<double> exchange_of(const std::vector<coupling::Transfer>& transfers,
+                                        const std::vector<Eigen::Index>& markers) {
   std::vector<Eigen::Triplet<double>> entries;
   Positions spread, back;
-  for (Eigen::Index first = 0; first < markers; first += 3) {
-    const Eigen::Index count = std::min<Eigen::Index>(3, markers - first);
-    Positions unit = Positions::Zero(markers, 3);
-    for (Eigen::Index i = 0; i < count; ++i) unit(first + i, i) = 1.0;
-    transfer.spread(unit, spread);
-    transfer.interpolate(spread, back);
-    for (Eigen::Index i = 0; i < count; ++i) {
-      for (Eigen::Index m = 0; m < markers; ++m) {
-        if (back(m, i) != 0.0) entries.emplace_back(m, first + i, back(m, i));
+  Eigen::Index from = 0, all = 0;  // first marker of a body, and how many in all
+  for (std::size_t giver = 0; giver < transfers.size(); from += markers[giver], ++giver) {
+    Eigen::Index to = 0;
+    for (std::size_t taker = 0; taker < transfers.size(); to += markers[taker], ++taker) {
+      const auto shared = shared_nodes(transfers[giver], transfers[taker]);
+      if (shared.empty()) continue;
+      Positions found = Positions::Zero(static_cast<Eigen::Index>(transfers[taker].nodes().size()), 3);
+      for (Eigen::Index first = 0; first < markers[giver]; first += 3) {
+        const Eigen::Index count = std::min<Eigen::Index>(3, markers[giver] - first);
+        Positions unit = Positions::Zero(markers[giver], 3);
+        for (Eigen::Index i = 0; i < count; ++i) unit(first + i, i) = 1.0;
+        transfers[giver].spread(unit, spread);
+        for (const auto& [there, here] : shared) found.row(here) = spread.row(there);
+        transfers[taker].interpolate(found, back);
+        for (Eigen::Index i = 0; i < count; ++i) {
+          for (Eigen::Index m = 0; m < markers[taker]; ++m) {
+            if (back(m, i) != 0.0) entries.emplace_back(to + m, from + first + i, back(m, i));
+          }
+        }
       }
     }
+    all += markers[giver];
   }
-  Eigen::SparseMatrix<double> exchange(markers, markers);
+  Eigen::SparseMatrix<double> exchange(all, all);
   exchange.setFromTriplets(entries.begin(), entries.end());
   return exchange;
 }
 
 }  // namespace
+
+std::vector<std::vector<std::size_t>> bodies_that_share_nodes(const Scene& scene) {
+  std::vector<std::size_t> coupled;
+  for (std::size_t i = 0; i < scene.bodies.size(); ++i) {
+    if (scene.fluid && scene.bodies[i].coupling) coupled.push_back(i);
+  }
+  if (coupled.empty()) return {};
+  if (coupled.size() == 1) return {coupled};
+  std::vector<std::vector<std::size_t>> groups;
+  std::vector<std::vector<coupling::Transfer>> supports;  // of each group's bodies
+  for (const std::size_t i : coupled) {
+    std::vector<std::size_t> group{i};
+    std::vector<coupling::Transfer> own = transfers_of(*scene.fluid, std::span(&scene.bodies[i], 1));
+    for (std::size_t g = groups.size(); g-- > 0;) {
+      const bool do_share = std::any_of(supports[g].begin(), supports[g].end(), [&](const auto& other) {
+        return !shared_nodes(own.front(), other).empty();
+      });
+      if (!do_share) continue;
+      group.insert(group.begin(), groups[g].begin(), groups[g].end());
+      std::move(supports[g].begin(), supports[g].end(), std::back_inserter(own));
+      groups.erase(groups.begin() + static_cast<std::ptrdiff_t>(g));
+      supports.erase(supports.begin() + static_cast<std::ptrdiff_t>(g));
+    }
+    groups.push_back(std::move(group));
+    supports.push_back(std::move(own));
+  }
+  return groups;
+}
 
 solid::FixedDofs prescribed_dofs(const Body& body) {
   solid::FixedDofs held = body.conditions.fixed;
@@ -43,30 +108,76 @@ solid::FixedDofs prescribed_dofs(const Body& body) {
   return held;
 }
 
-CoupledStep::CoupledStep(const fluid::Spec& fluid, const Body& body, FluidMemory memory)
-    : coupling_(*body.coupling),
-      memory_(memory),
-      node_mass_(body.conditions.node_mass),
-      drag_(body.conditions.drag) {
-  const Positions rest = Positions::Zero(body.network.node_count(), 3);
-  const solid::FixedDofs held = prescribed_dofs(body);
-  stiffness_ = solid::free_hessian(body.material, body.network, rest, held);
-  substeps_ = body.substeps.count;
-  if (body.substeps.safety > 0.0) {
-    substeps_ = solid::Leapfrog(body.material, body.network, body.conditions, 1.0, body.substeps, rest, rest)
-                    .substeps();
+CoupledStep::CoupledStep(const fluid::Spec& fluid, std::span<const Body> bodies, FluidMemory memory)
+    : memory_(memory) {
+  std::vector<std::vector<std::int32_t>> nodes;
+  std::vector<Eigen::Index> markers;
+  for (const Body& body : bodies) {
+    nodes.push_back(coupled_nodes(body));
+    markers.push_back(static_cast<Eigen::Index>(nodes.back().size()));
   }
-
-  const std::vector<std::int32_t> nodes = coupled_nodes(body);
-  coupling::Transfer transfer(fluid.grid, closed(fluid), coupling_.delta, fluid.obstacle);
-  transfer.locate(markers_at_rest(body));
-  exchange_ = exchange_of(transfer, static_cast<Eigen::Index>(nodes.size()));
-  const solid::DofMap dofs(held);
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const std::int32_t node : nodes) {
-      place_.push_back(dofs.number[axis * body.network.node_count() + node]);
+  exchange_ = exchange_of(transfers_of(fluid, bodies), markers);
+  place_.assign(static_cast<std::size_t>(marker_values()), -1);
+  Eigen::Index first_marker = 0, first = 0;
+  for (std::size_t i = 0; i < bodies.size(); ++i) {
+    const Body& body = bodies[i];
+    const CouplingSpec& coupling = *body.coupling;
+    Part part{.first = first,
+              .count = 0,
+              .first_marker = first_marker,
+              .markers = markers[i],
+              .stiffness = {},
+              .node_mass = body.conditions.node_mass,
+              .drag = body.conditions.drag,
+              .marker_volume = coupling.marker_volume,
+              .substeps = body.substeps.count,
+              .forcing_iterations = coupling.forcing_iterations,
+              .subcycled = coupling.subcycled};
+    if (!body.motion) {
+      const Positions rest = Positions::Zero(body.network.node_count(), 3);
+      const solid::FixedDofs held = prescribed_dofs(body);
+      part.stiffness = solid::free_hessian(body.material, body.network, rest, held);
+      part.count = part.stiffness.rows();
+      if (body.substeps.safety > 0.0) {
+        part.substeps =
+            solid::Leapfrog(body.material, body.network, body.conditions, 1.0, body.substeps, rest, rest)
+                .substeps();
+      }
+      const solid::DofMap dofs(held);
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        for (Eigen::Index m = 0; m < part.markers; ++m) {
+          const int number =
+              dofs.number[axis * body.network.node_count() + nodes[i][static_cast<std::size_t>(m)]];
+          if (number < 0) continue;
+          place_[static_cast<std::size_t>(axis * exchange_.rows() + first_marker + m)] =
+              static_cast<int>(first) + number;
+        }
+      }
+    }
+    first += part.count;
+    first_marker += part.markers;
+    parts_.push_back(std::move(part));
+  }
+  std::vector<Eigen::Triplet<double>> entries;
+  for (const Part& part : parts_) {
+    for (Eigen::Index column = 0; column < part.count; ++column) {
+      for (Sparse::InnerIterator entry(part.stiffness, column); entry; ++entry)
+        entries.emplace_back(part.first + entry.row(), part.first + column, entry.value());
     }
   }
+  stiffness_.resize(first, first);
+  stiffness_.setFromTriplets(entries.begin(), entries.end());
+  const auto same = [&](const Part& part) {
+    const Part& one = parts_.front();
+    return part.count > 0 && part.node_mass == one.node_mass && part.drag == one.drag &&
+           part.marker_volume == one.marker_volume && part.substeps == one.substeps &&
+           part.subcycled == one.subcycled && part.forcing_iterations == 1 && one.forcing_iterations == 1;
+  };
+  is_uniform_ = parts_.size() == 1 || std::all_of(parts_.begin(), parts_.end(), same);
+}
+
+void CoupledStep::set_node_mass(double mass) {
+  for (Part& part : parts_) part.node_mass = mass;
 }
 
 CoupledStep::Vector CoupledStep::at_markers(const Vector& free) const {
@@ -96,34 +207,74 @@ CoupledStep::Vector CoupledStep::exchanged(const Vector& force) const {
   return given;
 }
 
+CoupledStep::Sparse CoupledStep::answering() const {
+  Vector root(exchange_.rows());
+  for (const Part& part : parts_)
+    root.segment(part.first_marker, part.markers).setConstant(std::sqrt(part.marker_volume));
+  return root.asDiagonal() * exchange_ * root.asDiagonal();
+}
+
 bool CoupledStep::couples_free_coordinates() const {
   return std::any_of(place_.begin(), place_.end(), [](int place) { return place >= 0; });
 }
 
+/// What each body asks of its coupled nodes: the fluid's velocity, and more with further rounds of forcing,
+/// which know of the body's own force alone.
+CoupledStep::Vector CoupledStep::wanted_velocity(const Vector& v, const Vector& W) const {
+  Vector wanted = W;
+  const Vector slip = W - at_markers(v);
+  for (const Part& part : parts_) {
+    if (part.forcing_iterations == 1) continue;
+    Vector missing = Vector::Zero(marker_values());
+    const auto keep_own = [&](const Vector& from) {
+      Vector own = Vector::Zero(marker_values());
+      for (Eigen::Index axis = 0; axis < 3; ++axis) {
+        const Eigen::Index at = axis * exchange_.rows() + part.first_marker;
+        own.segment(at, part.markers) = from.segment(at, part.markers);
+      }
+      return own;
+    };
+    missing = keep_own(slip);
+    for (int round = 1; round < part.forcing_iterations; ++round) {  // coupling::add_further_rounds
+      missing -= part.marker_volume * keep_own(exchanged(missing));
+      wanted += missing;
+    }
+  }
+  return wanted;
+}
+
+/// The sub-steps of a body; `mean` becomes its mean force.
+void CoupledStep::move(const Part& part, Vector& f, Vector& v, const Vector& wanted, Vector& mean) const {
+  const double step = 1.0 / part.substeps;
+  const double half_drag = 0.5 * part.drag * step / part.node_mass;
+  const double kick = step / part.node_mass / (1.0 + half_drag);
+  Vector force = Vector::Zero(marker_values());
+  const auto evaluate_force = [&] {
+    const Vector slip = wanted - at_markers(v);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) {
+      const Eigen::Index at = axis * exchange_.rows() + part.first_marker;
+      force.segment(at, part.markers) = part.marker_volume * slip.segment(at, part.markers);
+    }
+  };
+  auto own_f = f.segment(part.first, part.count);
+  auto own_v = v.segment(part.first, part.count);
+  evaluate_force();
+  for (int i = 0; i < part.substeps; ++i) {
+    own_v *= (1.0 - half_drag) / (1.0 + half_drag);
+    if (part.subcycled && i > 0) evaluate_force();
+    mean += force / part.substeps;
+    own_v += kick * (own_f + at_coordinates(force).segment(part.first, part.count));
+    own_f -= step * (part.stiffness * own_v);
+  }
+}
+
 CoupledStep::Vector CoupledStep::next(const Vector& state) const {
-  const double step = 1.0 / substeps_;
-  const double half_drag = 0.5 * drag_ * step / node_mass_;
-  const double kick = step / node_mass_ / (1.0 + half_drag);
-  const double V = coupling_.marker_volume;
   Vector f = state.head(free_count());
   Vector v = state.segment(free_count(), free_count());
   Vector W = state.tail(marker_values());
-
-  Vector wanted = W;
-  Vector missing = W - at_markers(v);
-  for (int round = 1; round < coupling_.forcing_iterations; ++round) {  // coupling::add_further_rounds
-    missing -= V * exchanged(missing);
-    wanted += missing;
-  }
-  Vector force = V * (wanted - at_markers(v));
+  const Vector wanted = wanted_velocity(v, W);
   Vector mean = Vector::Zero(marker_values());
-  for (int i = 0; i < substeps_; ++i) {
-    v *= (1.0 - half_drag) / (1.0 + half_drag);
-    if (coupling_.subcycled && i > 0) force = V * (wanted - at_markers(v));
-    mean += force / substeps_;
-    v += kick * (f + at_coordinates(force));
-    f -= step * (stiffness_ * v);
-  }
+  for (const Part& part : parts_) move(part, f, v, wanted, mean);
   if (memory_ == FluidMemory::Keeps) {
     W -= exchanged(mean);
   } else {

@@ -133,13 +133,13 @@ Growth large_growth(const CoupledStep& step) {
   return growth_of_large(step, scales_of(step), steps_for_growth);
 }
 
-Growth coupling_growth(const fluid::Spec& fluid, const Body& body, FluidMemory memory) {
-  const CoupledStep step(fluid, body, memory);
+Growth coupling_growth(const fluid::Spec& fluid, std::span<const Body> bodies, FluidMemory memory) {
+  const CoupledStep step(fluid, bodies, memory);
   return step.size() <= dense_size ? dense_growth(step) : large_growth(step);
 }
 
-double answered_slip(const fluid::Spec& fluid, const Body& body) {
-  return scales_of(CoupledStep(fluid, body, FluidMemory::Keeps)).answered;
+double answered_slip(const fluid::Spec& fluid, std::span<const Body> bodies) {
+  return scales_of(CoupledStep(fluid, bodies, FluidMemory::Keeps)).answered;
 }
 
 double critical_node_mass(const fluid::Spec& fluid, const Body& body, double accuracy, FluidMemory memory) {

@@ -34,13 +34,21 @@ Growth dense_growth(const CoupledStep& step);
 /// without pattern, and the Krylov space of what is left, whose eigenvalues count only with their residual.
 Growth large_growth(const CoupledStep& step);
 
-/// The one or the other, of a body with a coupling. Throws NumericalFailure when the body has no energy where
-/// it stands.
-Growth coupling_growth(const fluid::Spec& fluid, const Body& body, FluidMemory memory = FluidMemory::Keeps);
+/// The one or the other, of bodies with a coupling: one, or several that share nodes of the fluid, which may
+/// grow where each of them alone does not. Throws NumericalFailure when one has no energy where it stands.
+Growth coupling_growth(const fluid::Spec& fluid, std::span<const Body> bodies,
+                       FluidMemory memory = FluidMemory::Keeps);
+inline Growth coupling_growth(const fluid::Spec& fluid, const Body& body,
+                              FluidMemory memory = FluidMemory::Keeps) {
+  return coupling_growth(fluid, std::span(&body, 1), memory);
+}
 
 /// V S, S the largest eigenvalue of A: the part of a slip that the exchange takes away at once where it takes
-/// most. From 2 on it turns every slip of that pattern into a larger one, whatever the body weighs.
-double answered_slip(const fluid::Spec& fluid, const Body& body);
+/// most. From 2 on it turns every slip of that pattern into a larger one, whatever the bodies weigh.
+double answered_slip(const fluid::Spec& fluid, std::span<const Body> bodies);
+inline double answered_slip(const fluid::Spec& fluid, const Body& body) {
+  return answered_slip(fluid, std::span(&body, 1));
+}
 
 /// The node mass at which coupling_growth() comes down to 1, to a relative accuracy: smaller ones are
 /// unstable; 0 when none is. Throws NumericalFailure when all are, which is so for V S >= 2.

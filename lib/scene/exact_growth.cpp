@@ -20,6 +20,7 @@ using Matrix = Eigen::MatrixXd;
 constexpr double accurate = 1e-5;     // of an eigenvalue: what is not linear and what is rounded leave 1e-6
 constexpr double least_share = 1e-6;  // of a state without pattern that a growing one has
 constexpr int restarts = 6;
+constexpr Eigen::Index most_dimensions = 80;  // of the Krylov space, unless more eigenvalues are asked for
 
 /// Some steps at a time, for Spectra.
 struct Product {
@@ -130,11 +131,13 @@ std::vector<Eigenvalue> in_space(const SimulatedStep& step, const Matrix& basis)
 }
 
 /// Nothing unless all that were asked for converged, and are eigenvalues.
-std::vector<Eigenvalue> leading(const SimulatedStep& step, const Vector& start, int count, int steps) {
+std::vector<Eigenvalue> leading(const SimulatedStep& step, const Vector& start, int count, int steps,
+                                Eigen::Index dimensions) {
   Product product{step, steps};
   const Weight weight{step};
   const Eigen::Index wanted = std::min<Eigen::Index>(count, step.size() - 2);
-  const Eigen::Index krylov = std::min<Eigen::Index>(step.size(), std::max<Eigen::Index>(20, 3 * wanted));
+  const Eigen::Index krylov =
+      std::min<Eigen::Index>(step.size(), std::max<Eigen::Index>(dimensions, 3 * wanted));
   Arnoldi arnoldi(product, weight, wanted, krylov);
   arnoldi.init(start.data());
   arnoldi.compute(Spectra::SortRule::LargestMagn, restarts, accurate * 0.1);
@@ -160,6 +163,7 @@ ExactGrowth exact_growth(const Scene& scene, const GrowthSearch& search) {
   Vector state = step.noise();
   std::int64_t run = 0, wanted = 250;
   int at_once = 1, together = 33;
+  Eigen::Index dimensions = 20;
   double last = 1.0;  // growth of the last steps that were made together
   while (true) {
     while (run < wanted) {
@@ -173,7 +177,8 @@ ExactGrowth exact_growth(const Scene& scene, const GrowthSearch& search) {
     }
     int steps = together;
     while (steps > 1 && std::pow(last, steps) > 100.0) steps = (steps - 1) / 2;
-    const std::vector<Eigenvalue> found = leading(step, state, search.eigenvalues, std::max(1, steps));
+    const std::vector<Eigenvalue> found =
+        leading(step, state, search.eigenvalues, std::max(1, steps), dimensions);
     if (!found.empty()) {
       const double factor = std::abs(found.front().value);
       // A state of the least share, had it grown by more, would have come to be the larger.
@@ -184,6 +189,8 @@ ExactGrowth exact_growth(const Scene& scene, const GrowthSearch& search) {
       }
     } else {
       together = 2 * together + 1;  // odd: 1 and -1 are told apart
+      // Nodes that are not coupled swing undamped: more pairs of the same magnitude than fit in.
+      dimensions = std::min<Eigen::Index>(2 * dimensions, most_dimensions);
     }
     wanted *= 2;
     if (step.steps_made() > search.most_steps) {

@@ -15,7 +15,10 @@ namespace veriflex::solid {
 
 namespace {
 constexpr double max_substeps = 1e6;
-}
+// Of a bond's distance from a limit of its law that it may move in a sub-step. With a half a pair that is
+// thrown against its limit gains energy at each rebound until nothing holds it.
+constexpr double refused_share = 0.1;
+}  // namespace
 
 double Drive::at(double time) const {
   const double risen = ramp > 0.0 ? std::min(1.0, time / ramp) : 1.0;
@@ -34,9 +37,9 @@ Leapfrog::Leapfrog(const Material& material, const Network& network, Conditions 
   if (!evaluate(u_)) fail("start", u_);
   divide();
   // Back to half a sub-step before the start, so that velocity() is v.
-  const double h = dt_ / count_;
-  const double half_drag = 0.5 * conditions_.drag * h / conditions_.node_mass;
-  const double half_kick = 0.5 * h / conditions_.node_mass;
+  last_substep_ = dt_ / count_;
+  const double half_drag = 0.5 * conditions_.drag * last_substep_ / conditions_.node_mass;
+  const double half_kick = 0.5 * last_substep_ / conditions_.node_mass;
   if (conditions_.load.size() > 0) {
     v_ = v_ * (1.0 + half_drag) - half_kick * (conditions_.load - gradient_);
   } else {
@@ -44,13 +47,19 @@ Leapfrog::Leapfrog(const Material& material, const Network& network, Conditions 
   }
   if (conditions_.fixed.size() > 0) v_ = conditions_.fixed.select(0.0, v_);
   next_.resizeLike(u_);
+  if (wanted_.most > 0) {
+    bonds_before_.resizeLike(work_.d);
+    u_before_.resizeLike(u_);
+    v_before_.resizeLike(u_);
+  }
   tell_parts();
 }
 
 void Leapfrog::tell_parts() {
   using parts::array_bytes, parts::Kind;
   network_parts_ = parts_of(network_);
-  parts_.emplace_back(Kind::LeapFrog, array_bytes(u_, v_, gradient_, next_, work_.d, work_.g));
+  parts_.emplace_back(Kind::LeapFrog, array_bytes(u_, v_, gradient_, next_, work_.d, work_.g, bonds_before_,
+                                                  u_before_, v_before_));
   if (material_.has_angles()) parts_.emplace_back(Kind::Angles, work_.stars.bytes());
   if (conditions_.fixed.size() > 0) parts_.emplace_back(Kind::Constraints, array_bytes(conditions_.fixed));
   if (conditions_.load.size() > 0) parts_.emplace_back(Kind::Loads, array_bytes(conditions_.load));
@@ -96,8 +105,44 @@ void Leapfrog::prescribe(double time, double substep) {
   }
 }
 
+/// Whether a bond moved by more than a tenth of its distance from a limit of its law in this sub-step, so
+/// that it might have gone beyond, or through its neighbour.
+bool Leapfrog::moved_too_far() const {
+  const Interval domain = bond::domain(material_.law);
+  for (Eigen::Index b = 0; b < work_.d.rows(); ++b) {
+    const double length = bonds_before_.row(b).norm();
+    const double room = std::min(length - domain.lo, domain.hi - length);
+    if (!((work_.d.row(b) - bonds_before_.row(b)).norm() <= refused_share * room)) return true;
+  }
+  return false;
+}
+
+/// u_ is the displacement at their end, or at that of the last good one.
 template <class Extra>
-void Leapfrog::advance(Extra extra_kick) {
+Leapfrog::Substepped Leapfrog::make_substeps(int count, Extra extra_kick) {
+  const double h = dt_ / count;
+  for (int i = 1; i <= count; ++i) {
+    // From the middle of the sub-step before to the middle of this one.
+    const double kick = 0.5 * (last_substep_ + h) / conditions_.node_mass;
+    const double half_drag = 0.5 * conditions_.drag * kick;
+    if (half_drag > 0.0) v_ *= (1.0 - half_drag) / (1.0 + half_drag);
+    extra_kick(i, kick / (1.0 + half_drag));
+    v_ -= kick / (1.0 + half_drag) * gradient_;
+    if (conditions_.load.size() > 0) v_ += kick / (1.0 + half_drag) * conditions_.load;
+    prescribe(time() + i * h, h);
+    next_ = u_ + h * v_;
+    if (wanted_.most > 0) bonds_before_ = work_.d;
+    if (!evaluate(next_)) return Substepped::Outside;
+    if (wanted_.most > 0 && moved_too_far()) return Substepped::TooFar;
+    std::swap(u_, next_);
+    last_substep_ = h;
+  }
+  return Substepped::Well;
+}
+
+/// In how many sub-steps.
+template <class Extra>
+int Leapfrog::advance(Extra extra_kick) {
   stop_if_asked("step", steps_ + 1);
   if (wanted_.safety > 0.0) {
     double stiffest = 0.0;
@@ -106,20 +151,32 @@ void Leapfrog::advance(Extra extra_kick) {
     }
     if (stiffest > 1.1 * stiffest_ || stiffest < 0.5 * stiffest_) divide();
   }
-  const double h = dt_ / count_;
-  const double kick = h / conditions_.node_mass;
-  const double half_drag = 0.5 * conditions_.drag * kick;
-  for (int i = 1; i <= count_; ++i) {
-    if (half_drag > 0.0) v_ *= (1.0 - half_drag) / (1.0 + half_drag);
-    extra_kick(kick / (1.0 + half_drag));
-    v_ -= kick / (1.0 + half_drag) * gradient_;
-    if (conditions_.load.size() > 0) v_ += kick / (1.0 + half_drag) * conditions_.load;
-    prescribe(time() + i * h, h);
-    next_ = u_ + h * v_;
-    if (!evaluate(next_)) fail(fmt::format("step {}", steps_ + 1), next_);
-    std::swap(u_, next_);
+  int count = count_;
+  if (wanted_.most == 0) {
+    if (make_substeps(count, extra_kick) != Substepped::Well) fail(fmt::format("step {}", steps_ + 1), next_);
+    ++steps_;
+    return count;
+  }
+  u_before_ = u_;
+  v_before_ = v_;
+  const double substep_before = last_substep_;
+  for (Substepped how; (how = make_substeps(count, extra_kick)) != Substepped::Well; count *= 2) {
+    u_ = u_before_;
+    v_ = v_before_;
+    last_substep_ = substep_before;
+    evaluate(u_);
+    if (count > wanted_.most / 2) {
+      throw NumericalFailure(
+          fmt::format("step {}: refused in {} sub-steps, and no more than {} are allowed: {}", steps_ + 1,
+                      count, wanted_.most,
+                      how == Substepped::TooFar
+                          ? "a bond moves by more than a tenth of its distance from a limit of its law"
+                          : what_is_inadmissible(material_, network_, next_)),
+          FailureMode::Bond);
+    }
   }
   ++steps_;
+  return count;
 }
 
 void Leapfrog::restore(const State& state) {
@@ -128,11 +185,12 @@ void Leapfrog::restore(const State& state) {
   steps_ = state.steps;
   count_ = state.substeps;
   stiffest_ = state.stiffest;
+  last_substep_ = state.substep;
   if (!evaluate(u_)) fail(fmt::format("step {}", steps_), u_);
 }
 
 void Leapfrog::step() {
-  advance([](double) {});
+  advance([](int, double) {});
 }
 
 void Leapfrog::step(const VelocityCoupling& coupling, Positions& mean) {
@@ -146,23 +204,20 @@ void Leapfrog::step(const VelocityCoupling& coupling, Positions& mean) {
     }
   };
   Positions force(count, 3);
-  evaluate_coupling(force);
-  mean.setZero(count, 3);
-  bool first = true;
-  advance([&](double kick) {
-    if (coupling.subcycled && !first) evaluate_coupling(force);
-    first = false;
+  const int substeps = advance([&](int i, double kick) {
+    if (i == 1) mean.setZero(count, 3);
+    if (i == 1 || coupling.subcycled) evaluate_coupling(force);
     mean += force;
     for (int axis = 0; axis < 3; ++axis) {
-      for (Eigen::Index i = 0; i < count; ++i)
-        v_(coupling.nodes[static_cast<std::size_t>(i)], axis) += kick * force(i, axis);
+      for (Eigen::Index k = 0; k < count; ++k)
+        v_(coupling.nodes[static_cast<std::size_t>(k)], axis) += kick * force(k, axis);
     }
   });
-  mean /= count_;
+  mean /= substeps;
 }
 
 Positions Leapfrog::velocity() const {
-  const double kick = 0.5 * dt_ / count_ / conditions_.node_mass;
+  const double kick = 0.5 * last_substep_ / conditions_.node_mass;
   Positions v = v_ - kick * gradient_;
   if (conditions_.load.size() > 0) v += kick * conditions_.load;
   if (conditions_.drag > 0.0) v /= 1.0 + kick * conditions_.drag;

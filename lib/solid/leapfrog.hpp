@@ -42,6 +42,9 @@ struct Conditions {
 struct Substeps {
   int count = 1;        // ignored when `safety` is given
   double safety = 0.0;  // > 0: as many as keep the step below safety * 2/omega_max of the present network
+  /// More than the above: a step in which a bond would move by more than a tenth of its distance from a limit
+  /// of its law is refused and made anew in twice as many sub-steps, in at most so many. 0: none is refused.
+  int most = 0;
 };
 
 /// A force on some nodes towards a velocity of each: strength (target - v), v being half a (sub-)step old.
@@ -60,7 +63,8 @@ class Leapfrog {
            Substeps substeps, Positions u, Positions v);
 
   /// Advances by dt. Throws NumericalFailure with the step and what_is_inadmissible() when a bond leaves its
-  /// law's domain or an angle degenerates; the state is then that of the last good step.
+  /// law's domain or an angle degenerates, and when a step is refused in as many sub-steps as are allowed;
+  /// the state is then that of the last good step.
   void step();
 
   /// The same under a coupling. `mean` becomes its mean force over the step, one row per coupled node: what
@@ -73,8 +77,9 @@ class Leapfrog {
     std::int64_t steps;
     int substeps;           // in use, and
     double stiffest = 0.0;  // the largest bond stiffness when they were chosen  [M T^-2]
+    double substep = 0.0;   // the last one's length  [T]
   };
-  State state() const { return {u_, v_, steps_, count_, stiffest_}; }
+  State state() const { return {u_, v_, steps_, count_, stiffest_, last_substep_}; }
   /// Puts a state of this network back: the motion goes on from it bit by bit as it would have there. Throws
   /// NumericalFailure as step() does when the energy does not exist in it.
   void restore(const State& state);
@@ -90,6 +95,7 @@ class Leapfrog {
 
   double time() const { return static_cast<double>(steps_) * dt_; }
   std::int64_t steps() const { return steps_; }
+  /// In use; a step that is refused takes more.
   int substeps() const { return count_; }
 
   double kinetic_energy() const;    // of velocity()  [M L^2 T^-2]
@@ -98,7 +104,11 @@ class Leapfrog {
 
  private:
   template <class Extra>
-  void advance(Extra extra_kick);
+  int advance(Extra extra_kick);
+  enum class Substepped { Well, Outside, TooFar };
+  template <class Extra>
+  Substepped make_substeps(int count, Extra extra_kick);
+  bool moved_too_far() const;
   void tell_parts();
   void divide();
   bool evaluate(const Positions& u);
@@ -111,10 +121,12 @@ class Leapfrog {
   double dt_;
   Substeps wanted_;
   int count_ = 1;
-  double stiffest_ = 0.0;  // largest bond stiffness when the step was divided
+  double stiffest_ = 0.0;      // largest bond stiffness when the step was divided
+  double last_substep_ = 0.0;  // v_ is half of it old  [T]
   std::int64_t steps_ = 0;
   Positions u_, v_, gradient_;
-  Positions next_;  // displacement a sub-step on, until it is known to be good
+  Positions next_;                                // displacement a sub-step on, until it is known to be good
+  Positions bonds_before_, u_before_, v_before_;  // of a sub-step and a step that may be refused
   Workspace work_;
   NetworkParts network_parts_;
   std::vector<parts::Built> parts_;

@@ -1,7 +1,9 @@
 #include "engine/check_coupling.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -55,6 +57,39 @@ void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const std
       fmt::format("no scene that grew by more than {} without the fluid's own motion was stabilised by it",
                   scene::growth_refused),
       what_helps + ". To see it break, set allow_unstable = true in [coupling]");
+}
+
+void check_common_coupling(const fluid::Spec& fluid, std::span<const scene::Body> bodies, const Place& place,
+                           double& growth, Progress& progress) {
+  const scene::Growth found = scene::coupling_growth(fluid, bodies);
+  const bool is_worse = found.factor > growth + scene::growth_resolution;
+  growth = worse(growth, found.factor);
+  if (!found.grows() || !is_worse) return;
+  std::vector<std::string> names;
+  for (const scene::Body& body : bodies) names.push_back(body.name);
+  const std::string problem = fmt::format(
+      "the coupling of {} to the fluid, whose nodes they share, is unstable: perturbations grow by {:.4g} a "
+      "step, {:.2g} times in a hundred steps",
+      fmt::join(names, ", "), found.factor, std::pow(found.factor, 100.0));
+  const double answered = scene::answered_slip(fluid, bodies);
+  const std::string what_helps =
+      answered >= 2.0 ? fmt::format(
+                            "No node mass is stable with it: V S = {:.4g} of all of them together must "
+                            "stay below 2. Use smaller marker volumes, or move them apart",
+                            answered)
+                      : "Use more node mass, or move them apart";
+  const bool allowed = std::any_of(bodies.begin(), bodies.end(),
+                                   [](const scene::Body& body) { return body.coupling->allow_unstable; });
+  if (found.factor <= scene::growth_refused || allowed) {
+    progress.warn(fmt::format("{} (without the fluid's own motion, which may just stabilise it). {}", problem,
+                              what_helps));
+    return;
+  }
+  throw InputError(
+      place, problem,
+      fmt::format("no scene that grew by more than {} without the fluid's own motion was stabilised by it",
+                  scene::growth_refused),
+      what_helps + ". To see it break, set allow_unstable = true in a [body.coupling]");
 }
 
 }  // namespace veriflex::engine

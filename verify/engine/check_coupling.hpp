@@ -1,6 +1,8 @@
 /// The look at a coupled scene before its first step.
 #pragma once
 
+#include <span>
+
 #include "base/progress.hpp"
 #include "io/document.hpp"
 #include "scene/coupling_stability.hpp"
@@ -20,5 +22,10 @@ enum class Unstable {
 void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const std::string& what,
                     const Place& node_mass, double& growth, Progress& progress,
                     Unstable unstable = Unstable::Refused);
+
+/// The same of bodies that share nodes of the fluid, which may grow together where each of them alone does
+/// not. What is to be said of one of them alone is left to check_coupling().
+void check_common_coupling(const fluid::Spec& fluid, std::span<const scene::Body> bodies, const Place& place,
+                           double& growth, Progress& progress);
 
 }  // namespace veriflex::engine

@@ -200,6 +200,46 @@ TEST_CASE("A hundred small bodies grow as all eigenvalues of their maps say") {
   CHECK(grow < 75);
 }
 
+TEST_CASE("Two nodes on a bond of any stiffness have a least node mass") {
+  // Against each other the two have the stiffness 2 k and S - S', S' being what one gives to the other.
+  for (const double k : {0.01, 0.26, 1.5, 1000.0}) {
+    scene::Body pair = one_node(k, 1.0, 1);
+    pair.conditions.fixed.resize(0, 3);
+    pair.coupling = {.coupled = scene::Coupled::All};
+    const scene::CoupledStep step(box, pair, scene::FluidMemory::Keeps);
+    const double S = step.exchange().coeff(0, 0), given = step.exchange().coeff(0, 1);
+    const double along = 0.5 * k + 1.0 / (2.0 - (S - given)), together = 1.0 / (2.0 - (S + given));
+    CHECK(scene::critical_node_mass(box, pair, 1e-6) == Approx(std::max(along, together)).epsilon(1e-4));
+  }
+}
+
+TEST_CASE("Bodies of any kind grow together as all eigenvalues of their common map say") {
+  std::mt19937 random(11);
+  for (int i = 0; i < 20; ++i) {
+    std::vector<scene::Body> bodies{random_body(random, 8), random_body(random, 8)};
+    if (i % 2 == 0) {  // alike, so that their map is uniform
+      bodies[1] = bodies[0];
+      bodies[1].place[0] += 2.5;
+    }
+    const scene::CoupledStep step(box, bodies, scene::FluidMemory::Keeps);
+    const scene::Growth all = scene::dense_growth(step), found = scene::large_growth(step);
+    INFO("bodies " << i << ", uniform " << step.is_uniform());
+    if (all.factor > 1.0 + found.resolution) {
+      CHECK(found.factor == Approx(all.factor).epsilon(1e-6));
+    } else {
+      CHECK(found.factor <= all.factor + 1e-6);
+    }
+  }
+}
+
+TEST_CASE("Bodies that share no node grow as the one of them that grows more") {
+  std::vector<scene::Body> bodies{one_node(0.26, 0.5, 1), one_node(1.3, 0.7, 2, true)};
+  bodies[1].place[0] += 6.0;
+  const double first = scene::coupling_growth(box, bodies[0]).factor;
+  const double second = scene::coupling_growth(box, bodies[1]).factor;
+  CHECK(scene::coupling_growth(box, bodies).factor == Approx(std::max(first, second)).epsilon(1e-12));
+}
+
 TEST_CASE("A rod whose force follows the sub-steps neither grows nor seems to") {
   scene::Body body = rod(9, 1.0, 4);
   body.coupling->subcycled = true;

@@ -279,6 +279,75 @@ TEST_CASE("A bond that leaves its domain stops the run with step, nodes, length 
   CHECK(motion.steps() == 0);
 }
 
+TEST_CASE("A step that would take a bond to its limit is made anew in more sub-steps") {
+  const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
+  Positions v = zero(pair);
+  v(1, 2) = 0.15;  // in two steps beyond the largest length
+  v(0, 2) = -0.15;
+  Leapfrog plain({paper_fene, 0.0}, pair, {}, 1.0, {}, zero(pair), v);
+  CHECK_THROWS_AS(
+      [&] {
+        for (int step = 0; step < 100; ++step) plain.step();
+      }(),
+      NumericalFailure);
+  Leapfrog refusing({paper_fene, 0.0}, pair, {}, 1.0, {.most = 1024}, zero(pair), v);
+  const double start = refusing.kinetic_energy() + refusing.potential_energy();
+  double farthest = 0.0;
+  for (int step = 0; step < 100; ++step) {
+    refusing.step();
+    farthest = std::max(farthest, std::abs(refusing.kinetic_energy() + refusing.potential_energy() - start));
+    CHECK(refusing.momentum().norm() < 1e-14);
+  }
+  CHECK(refusing.steps() == 100);
+  CHECK(farthest < 0.8 * start);  // no energy is made without bound; it is not kept to digits either
+}
+
+TEST_CASE("Steps that are not refused are the same bit by bit, whether or not they could be") {
+  const Network network = bar(2, 2, 3);
+  const Positions u = noise(network, 0.02);
+  Leapfrog plain(glnsm, network, {}, 0.5, {2, 0.0}, u, zero(network));
+  Leapfrog wary(glnsm, network, {}, 0.5, {.count = 2, .most = 64}, u, zero(network));
+  for (int step = 0; step < 50; ++step) {
+    plain.step();
+    wary.step();
+  }
+  CHECK(plain.displacement() == wary.displacement());
+  CHECK(plain.velocity() == wary.velocity());
+}
+
+TEST_CASE("A step that is refused in all sub-steps that are allowed ends the run where it began") {
+  const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
+  Positions v = zero(pair);
+  v(1, 2) = 1.0;
+  Leapfrog motion({paper_fene, 0.0}, pair, {}, 1.0, {.most = 2}, zero(pair), v);
+  CHECK_THROWS_WITH(motion.step(), ContainsSubstring("step 1: refused in 2 sub-steps, and no more than 2 are "
+                                                     "allowed: "));
+  CHECK(motion.steps() == 0);
+  CHECK(motion.displacement() == zero(pair));
+}
+
+TEST_CASE("A step of another length than the one before keeps second order") {
+  // v is carried from the middle of one sub-step to the middle of the next.
+  const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
+  Positions v = zero(pair);
+  v(1, 2) = 0.02;
+  v(0, 2) = -0.02;
+  const auto at_end = [&](double dt) {
+    Leapfrog motion({bond::Harmonic{0.26, 1.0}, 0.0}, pair, {}, dt, {}, zero(pair), v);
+    const int steps = static_cast<int>(std::lround(4.0 / dt));
+    for (int i = 0; i < steps; ++i) {
+      Leapfrog::State state = motion.state();
+      state.substeps = i % 2 == 0 ? 1 : 2;
+      motion.restore(state);
+      motion.step();
+    }
+    return motion.displacement()(1, 2);
+  };
+  const double omega = std::sqrt(2.0 * 0.26), exact = 0.02 / omega * std::sin(4.0 * omega);
+  const double coarse = std::abs(at_end(0.1) - exact), fine = std::abs(at_end(0.05) - exact);
+  CHECK(coarse / fine == Approx(4.0).epsilon(0.1));
+}
+
 TEST_CASE("Linear response of a chain of straight angles is the sum of its hinges: P sum j^2 / k_a") {
   const int n = 12;  // two clamped nodes and 10 levers
   Network chain = cubic_lattice({{1, 1, n}, 1.0});

@@ -174,8 +174,7 @@ engine::Study read_coupled_spectrum(const io::Table& top) {
   scene::Scene perturbed = read.scene;
   perturbed.fluid->representation = fluid::Representation::Populations;  // these are what is perturbed
   scene::Plan plan = plan_of(top, perturbed);
-  if (study.resolution)
-    scene::put_in(plan, {"loads", "minute forces that kick the bodies of runs", 0.0, {parts::Kind::Loads}});
+  scene::put_in(plan, {"loads", "minute forces that kick the bodies of runs", 0.0, {parts::Kind::Loads}});
   check_places(read);
   return {.plan = std::move(plan),
           .declares = declared(study.resolution.has_value()),

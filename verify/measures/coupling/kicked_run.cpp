@@ -20,6 +20,7 @@ constexpr double kick = 1e-8;        // largest force on a node  [M L T^-2]
 constexpr double blown = 1e5;        // times the first change: no need to go on
 constexpr std::int64_t window = 40;  // steps; longer than the period of whatever may grow
 constexpr double grown = 2.0;        // in half a run: nodes that are not coupled swing for long, and unevenly
+constexpr double rounded = 1e-6;     // of the first change: rounded bonds jitter by 1e-8 to 1e-7 of it
 static_assert(shortest_kicked_run == 4 * window);
 
 std::vector<Positions> velocities(const scene::Simulation& simulation) {
@@ -70,17 +71,19 @@ KickedRun run_kicked(const scene::Scene& scene, std::int64_t steps) {
   if (looked_at == 0) return {blew_up, INFINITY};
   const std::size_t end = changes.size() - looked_at;
   const double middle = largest_of(changes, half, looked_at), last = largest_of(changes, end, looked_at);
-  return {blew_up || last > grown * middle, std::pow(last / middle, 1.0 / static_cast<double>(end - half))};
+  const bool does_grow = last > grown * middle && last > rounded * changes.front();
+  return {blew_up || does_grow, std::pow(last / middle, 1.0 / static_cast<double>(end - half))};
 }
 
 double least_stable(const std::function<bool(double mass)>& grows_at, double predicted, double resolution,
                     const std::string& what) {
-  constexpr double stride = 1.1;
   if (!(predicted > 0.0))
     throw NumericalFailure(fmt::format("{}: every node mass is stable in the map", what));
+  double stride = 1.0 + 8.0 * resolution;
   double unstable = predicted / stride, stable = predicted * stride;
   while (!grows_at(unstable)) {
     stable = unstable;
+    stride = 2.0 * stride - 1.0;
     unstable /= stride;
     if (unstable < 0.1 * predicted) {
       throw NumericalFailure(fmt::format("{}: no node mass down to {:.3g} grows, predicted is {:.3g}", what,
@@ -90,6 +93,7 @@ double least_stable(const std::function<bool(double mass)>& grows_at, double pre
   if (stable > predicted) {
     while (grows_at(stable)) {
       unstable = stable;
+      stride = 2.0 * stride - 1.0;
       stable *= stride;
       if (stable > 10.0 * predicted) {
         throw NumericalFailure(fmt::format("{}: every node mass up to {:.3g} grows, predicted is {:.3g}",

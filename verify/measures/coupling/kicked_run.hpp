@@ -18,7 +18,7 @@ constexpr std::int64_t shortest_kicked_run = 160;
 Positions kick_of(Eigen::Index nodes, std::uint64_t seed);
 
 struct KickedRun {
-  bool grows;     // the changes do, by more than a factor of 2 in the second half of the run
+  bool grows;     // the changes do, by more than a factor of 2 in the second half, and are no rounding
   double growth;  // factor a step over that half; says something of a scene that grows
 };
 

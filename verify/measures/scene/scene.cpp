@@ -116,14 +116,23 @@ void check_pair(const scene::Body& a, const scene::Body& b, const Place& there, 
 
 void run(const SceneStudy& study, observe::Observations& seen, Progress& progress, engine::Cost& cost) {
   if (study.has_elastic_coupling()) {
-    seen.metrics.push_back({"coupling_growth", 0.0, "1",
-                            "largest factor a step of the linearised coupling, body by body, without the "
-                            "fluid's own motion; up to 1 is stable"});
+    seen.metrics.push_back(
+        {"coupling_growth", 0.0, "1",
+         "largest factor a step of the linearised coupling, of each body and of bodies that share nodes of "
+         "the fluid, without the fluid's own motion; up to 1 is stable"});
     for (std::size_t i = 0; i < study.bodies.size(); ++i) {
       const scene::Body& body = study.scene.bodies[i];
       if (!body.coupling || body.motion) continue;
       engine::check_coupling(*study.scene.fluid, body, body.name, study.bodies[i].table.place("node_mass"),
                              seen.metrics.back().value, progress);
+    }
+    for (const std::vector<std::size_t>& together : scene::bodies_that_share_nodes(study.scene)) {
+      if (together.size() == 1) continue;
+      std::vector<scene::Body> bodies;
+      for (const std::size_t i : together) bodies.push_back(study.scene.bodies[i]);
+      engine::check_common_coupling(*study.scene.fluid, bodies,
+                                    study.bodies[together.front()].table.place("coupling"),
+                                    seen.metrics.back().value, progress);
     }
     cost.finish("stability of the coupling");
   }

@@ -233,6 +233,7 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
   } else if (t.has("substeps")) {
     body.substeps.count = static_cast<int>(t.integer("substeps", 1, 10000));
   }
+  if (t.has("max_substeps")) body.substeps.most = static_cast<int>(t.integer("max_substeps", 0, 1'000'000));
   if (t.has("clamped")) {
     conditions.fixed = solid::FixedDofs::Constant(along.size(), 3, false);
     for (const std::int32_t node : read_nodes(t, "clamped", along, body.network.spacing)) {
@@ -258,8 +259,8 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
 
 /// A motion that is given leaves nothing to what the body is made of.
 void read_given_motion(const io::Table& t, scene::Body& body, CaseBody& said) {
-  for (const char* key : {"bond", "angle", "node_mass", "substeps", "clamped", "guided", "weight", "load",
-                          "drive", "start", "keep"}) {
+  for (const char* key : {"bond", "angle", "node_mass", "substeps", "max_substeps", "clamped", "guided",
+                          "weight", "load", "drive", "start", "keep"}) {
     if (t.has(key)) {
       t.fail(key, fmt::format("'{}' is set beside 'motion'", key), "the motion of that body is given",
              "Leave one of them out");
