@@ -129,9 +129,10 @@ def report_of(paths, ledger, out):
     drawing_code = cache.of_files(HERE, ".py", ".mplstyle")
     results_read, figures, unreadable = page.load(paths, found, drawing_code, kept, progress)
     standing = ledger["counts"] if ledger and page.ledger_rows(ledger["claims"], results_read) else {}
+    skipped = topics.skipped(results_read) if standing else ""
     made = dict(
-        page=page.render(results_read, figures, unreadable, ledger, out),
-        table=verdict_table(results_read, unreadable, standing, topics.skipped(results_read) if standing else ""),
+        page=page.render(results_read, figures, unreadable, ledger, skipped, out),
+        table=verdict_table(results_read, unreadable, standing, skipped),
         complaints=[broken.message for broken in unreadable],
     )
     kept.put(key, made)

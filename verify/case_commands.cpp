@@ -239,7 +239,7 @@ int verify_command(const Options& options) {
   if (!options.json) announce(names, options);
   const int code = run_cases(names, options, false);
   if (options.json) return code;  // standard output is the JSON document
-  if (stop::signal != 0) {
+  if (stop::asked()) {
     complain("{}: no report is drawn", stop::reason());
     return exit_code::first_of(code, exit_code::numerical);
   }

@@ -171,7 +171,7 @@ class Runs {
   Result run(const Asked& asked) {
     stored_.clear();
     if (asked.path.empty()) return not_run(asked, {"input", asked.problem});
-    if (stop::signal != 0) {
+    if (stop::asked()) {
       Result result = not_run(asked, {"interrupted", fmt::format("not run: {}", stop::reason())});
       store(result);
       return result;

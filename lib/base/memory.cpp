@@ -17,9 +17,6 @@ namespace veriflex {
 
 namespace {
 std::atomic<std::size_t> mapped{0};  // by allocate_pages()
-}
-
-namespace {
 
 double of_the_machine() {
   std::ifstream info("/proc/meminfo");

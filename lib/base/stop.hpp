@@ -1,5 +1,5 @@
-/// Signals that ask a run to stop. The loops look at them once per step, so that what was measured until then
-/// is kept.
+/// Signals that ask a run to stop. The loops look at them once per step or oftener, so that what was measured
+/// until then is kept.
 #pragma once
 
 #include <signal.h>

@@ -118,6 +118,7 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, std::span<const Body> bodies,
   }
   exchange_ = exchange_of(transfers_of(fluid, bodies), markers);
   place_.assign(static_cast<std::size_t>(marker_values()), -1);
+  std::vector<Eigen::Triplet<double>> entries;  // of the stiffness
   Eigen::Index first_marker = 0, first = 0;
   for (std::size_t i = 0; i < bodies.size(); ++i) {
     const Body& body = bodies[i];
@@ -126,7 +127,6 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, std::span<const Body> bodies,
               .count = 0,
               .first_marker = first_marker,
               .markers = markers[i],
-              .stiffness = {},
               .node_mass = body.conditions.node_mass,
               .drag = body.conditions.drag,
               .marker_volume = coupling.marker_volume,
@@ -136,8 +136,12 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, std::span<const Body> bodies,
     if (!body.motion) {
       const Positions rest = Positions::Zero(body.network.node_count(), 3);
       const solid::FixedDofs held = prescribed_dofs(body);
-      part.stiffness = solid::free_hessian(body.material, body.network, rest, held);
-      part.count = part.stiffness.rows();
+      const Sparse stiffness = solid::free_hessian(body.material, body.network, rest, held);
+      part.count = stiffness.rows();
+      for (Eigen::Index column = 0; column < part.count; ++column) {
+        for (Sparse::InnerIterator entry(stiffness, column); entry; ++entry)
+          entries.emplace_back(first + entry.row(), first + column, entry.value());
+      }
       if (body.substeps.safety > 0.0) {
         part.substeps =
             solid::Leapfrog(body.material, body.network, body.conditions, 1.0, body.substeps, rest, rest)
@@ -157,13 +161,6 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, std::span<const Body> bodies,
     first += part.count;
     first_marker += part.markers;
     parts_.push_back(std::move(part));
-  }
-  std::vector<Eigen::Triplet<double>> entries;
-  for (const Part& part : parts_) {
-    for (Eigen::Index column = 0; column < part.count; ++column) {
-      for (Sparse::InnerIterator entry(part.stiffness, column); entry; ++entry)
-        entries.emplace_back(part.first + entry.row(), part.first + column, entry.value());
-    }
   }
   stiffness_.resize(first, first);
   stiffness_.setFromTriplets(entries.begin(), entries.end());
@@ -218,25 +215,25 @@ bool CoupledStep::couples_free_coordinates() const {
   return std::any_of(place_.begin(), place_.end(), [](int place) { return place >= 0; });
 }
 
+/// What stands at the markers of one body, 0 at all others.
+CoupledStep::Vector CoupledStep::own(const Part& part, const Vector& markers) const {
+  Vector of_part = Vector::Zero(marker_values());
+  for (Eigen::Index axis = 0; axis < 3; ++axis) {
+    const Eigen::Index at = axis * exchange_.rows() + part.first_marker;
+    of_part.segment(at, part.markers) = markers.segment(at, part.markers);
+  }
+  return of_part;
+}
+
 /// What each body asks of its coupled nodes: the fluid's velocity, and more with further rounds of forcing,
 /// which know of the body's own force alone.
 CoupledStep::Vector CoupledStep::wanted_velocity(const Vector& v, const Vector& W) const {
   Vector wanted = W;
-  const Vector slip = W - at_markers(v);
   for (const Part& part : parts_) {
     if (part.forcing_iterations == 1) continue;
-    Vector missing = Vector::Zero(marker_values());
-    const auto keep_own = [&](const Vector& from) {
-      Vector own = Vector::Zero(marker_values());
-      for (Eigen::Index axis = 0; axis < 3; ++axis) {
-        const Eigen::Index at = axis * exchange_.rows() + part.first_marker;
-        own.segment(at, part.markers) = from.segment(at, part.markers);
-      }
-      return own;
-    };
-    missing = keep_own(slip);
+    Vector missing = own(part, W - at_markers(v));
     for (int round = 1; round < part.forcing_iterations; ++round) {  // coupling::add_further_rounds
-      missing -= part.marker_volume * keep_own(exchanged(missing));
+      missing -= part.marker_volume * own(part, exchanged(missing));
       wanted += missing;
     }
   }
@@ -248,23 +245,17 @@ void CoupledStep::move(const Part& part, Vector& f, Vector& v, const Vector& wan
   const double step = 1.0 / part.substeps;
   const double half_drag = 0.5 * part.drag * step / part.node_mass;
   const double kick = step / part.node_mass / (1.0 + half_drag);
-  Vector force = Vector::Zero(marker_values());
-  const auto evaluate_force = [&] {
-    const Vector slip = wanted - at_markers(v);
-    for (Eigen::Index axis = 0; axis < 3; ++axis) {
-      const Eigen::Index at = axis * exchange_.rows() + part.first_marker;
-      force.segment(at, part.markers) = part.marker_volume * slip.segment(at, part.markers);
-    }
-  };
+  const auto force_now = [&] { return Vector(part.marker_volume * own(part, wanted - at_markers(v))); };
+  const auto stiffness = stiffness_.middleCols(part.first, part.count);  // couples them to each other only
   auto own_f = f.segment(part.first, part.count);
   auto own_v = v.segment(part.first, part.count);
-  evaluate_force();
+  Vector force = force_now();
   for (int i = 0; i < part.substeps; ++i) {
     own_v *= (1.0 - half_drag) / (1.0 + half_drag);
-    if (part.subcycled && i > 0) evaluate_force();
+    if (part.subcycled && i > 0) force = force_now();
     mean += force / part.substeps;
     own_v += kick * (own_f + at_coordinates(force).segment(part.first, part.count));
-    own_f -= step * (part.stiffness * own_v);
+    f -= step * (stiffness * own_v);
   }
 }
 

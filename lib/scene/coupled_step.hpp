@@ -75,11 +75,11 @@ class CoupledStep {
   struct Part {
     Eigen::Index first, count;
     Eigen::Index first_marker, markers;
-    Sparse stiffness;
     double node_mass, drag, marker_volume;
     int substeps, forcing_iterations;
     bool subcycled;
   };
+  Vector own(const Part& part, const Vector& markers) const;
   void move(const Part& part, Vector& f, Vector& v, const Vector& wanted, Vector& mean) const;
   Vector wanted_velocity(const Vector& v, const Vector& W) const;
 

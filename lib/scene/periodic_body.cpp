@@ -14,7 +14,8 @@ void bond_across(solid::Network& network, int axis) {
   std::map<Row, std::pair<std::int32_t, std::int32_t>> ends;  // of each row: its lowest and highest node
   for (Eigen::Index i = 0; i < network.node_count(); ++i) {
     const double x = network.rest(i, axis);
-    const bool is_low = x<low + 0.5 * network.spacing, is_high = x> high - 0.5 * network.spacing;
+    const bool is_low = x < low + 0.5 * network.spacing;
+    const bool is_high = x > high - 0.5 * network.spacing;
     if (!is_low && !is_high) continue;
     const Row row{std::llround(network.rest(i, a) / network.spacing),
                   std::llround(network.rest(i, b) / network.spacing)};

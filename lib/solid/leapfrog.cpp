@@ -151,16 +151,15 @@ int Leapfrog::advance(Extra extra_kick) {
     }
     if (stiffest > 1.1 * stiffest_ || stiffest < 0.5 * stiffest_) divide();
   }
-  int count = count_;
-  if (wanted_.most == 0) {
-    if (make_substeps(count, extra_kick) != Substepped::Well) fail(fmt::format("step {}", steps_ + 1), next_);
-    ++steps_;
-    return count;
+  const bool may_refuse = wanted_.most > 0;
+  if (may_refuse) {
+    u_before_ = u_;
+    v_before_ = v_;
   }
-  u_before_ = u_;
-  v_before_ = v_;
   const double substep_before = last_substep_;
+  int count = count_;
   for (Substepped how; (how = make_substeps(count, extra_kick)) != Substepped::Well; count *= 2) {
+    if (!may_refuse) fail(fmt::format("step {}", steps_ + 1), next_);
     u_ = u_before_;
     v_ = v_before_;
     last_substep_ = substep_before;

@@ -48,8 +48,7 @@ def drawable(record, *names):
 
 def powers(dimension):
     """Dimension with raised exponents: "M L^-1 T^-2" as "M L⁻¹ T⁻²"."""
-    raised = str.maketrans("-+.0123456789", "⁻⁺·⁰¹²³⁴⁵⁶⁷⁸⁹")
-    return re.sub(r"\^([-+]?[0-9.]+)", lambda found: found.group(1).translate(raised), dimension)
+    return re.sub(r"\^([-+]?[0-9.]+)", lambda found: found.group(1).translate(RAISED), dimension)
 
 
 def quantity(name, symbol, dimension):

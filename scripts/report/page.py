@@ -157,8 +157,8 @@ def in_short_lines(page):
     return "\n".join(line.strip() for line in page.splitlines() if line.strip())
 
 
-def render(results_read, figures_by_file, unreadable, ledger, out):
-    """The whole HTML page; `ledger` may be None."""
+def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
+    """The whole HTML page; `ledger` may be None, `skipped` says what a tier did not run."""
     entries = ledger_rows(ledger["claims"], results_read) if ledger else []
     standing = text.as_they_stand(results_read)
     filament, filament_figure = tried(overview.picture_of_filament, standing, (None, None))
@@ -177,7 +177,7 @@ def render(results_read, figures_by_file, unreadable, ledger, out):
         verdicts=Counter(result.verdict for result in standing),
         broken=[result for result in standing if result.verdict not in ("pass", "measured")],
         title=title_of(entries, results_read),
-        skipped=topics.skipped(results_read) if entries else "",
+        skipped=skipped,
         citation=cited(ledger["citation"]) if entries and "citation" in ledger else "",
         sections={name for name, content in there.items() if content},
         section_names=SECTIONS,

@@ -10,9 +10,7 @@ from markupsafe import Markup
 
 PRINTED = 10  # a target of at most that many digits counts as a printed number
 MARKS = {"pass": "✓", "fail": "✗", "error": "!", "finding": "◇", "measured": "·"}
-
-
-RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+RAISED = str.maketrans("-−+.0123456789", "⁻⁻⁺·⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
 def raised(text):

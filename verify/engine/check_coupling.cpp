@@ -34,6 +34,25 @@ std::string remedy(const fluid::Spec& fluid, const scene::Body& body) {
   }
 }
 
+/// A coupling that grows by `factor` a step: a warning where that is allowed or may be stabilised, else an
+/// error at `place`.
+void report_unstable(double factor, const std::string& whose, const std::string& what_helps, bool is_allowed,
+                     const std::string& table, const Place& place, Progress& progress) {
+  const std::string problem = fmt::format(
+      "the coupling of {} is unstable: perturbations grow by {:.4g} a step, {:.2g} times in a hundred steps",
+      whose, factor, std::pow(factor, 100.0));
+  if (factor <= scene::growth_refused || is_allowed) {
+    progress.warn(fmt::format("{} (without the fluid's own motion, which may just stabilise it). {}", problem,
+                              what_helps));
+    return;
+  }
+  throw InputError(
+      place, problem,
+      fmt::format("no scene that grew by more than {} without the fluid's own motion was stabilised by it",
+                  scene::growth_refused),
+      fmt::format("{}. To see it break, set allow_unstable = true in {}", what_helps, table));
+}
+
 }  // namespace
 
 void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const std::string& what,
@@ -41,22 +60,9 @@ void check_coupling(const fluid::Spec& fluid, const scene::Body& body, const std
   const scene::Growth found = scene::coupling_growth(fluid, body);
   growth = worse(growth, found.factor);
   if (!found.grows()) return;
-  const std::string problem = fmt::format(
-      "the coupling of {} to the fluid is unstable: perturbations grow by {:.4g} a step, {:.2g} times in "
-      "a hundred steps",
-      what, found.factor, std::pow(found.factor, 100.0));
-  const std::string what_helps = remedy(fluid, body);
-  if (found.factor <= scene::growth_refused || body.coupling->allow_unstable ||
-      unstable == Unstable::Warned) {
-    progress.warn(fmt::format("{} (without the fluid's own motion, which may just stabilise it). {}", problem,
-                              what_helps));
-    return;
-  }
-  throw InputError(
-      node_mass, problem,
-      fmt::format("no scene that grew by more than {} without the fluid's own motion was stabilised by it",
-                  scene::growth_refused),
-      what_helps + ". To see it break, set allow_unstable = true in [coupling]");
+  report_unstable(found.factor, what + " to the fluid", remedy(fluid, body),
+                  body.coupling->allow_unstable || unstable == Unstable::Warned, "[coupling]", node_mass,
+                  progress);
 }
 
 void check_common_coupling(const fluid::Spec& fluid, std::span<const scene::Body> bodies, const Place& place,
@@ -67,10 +73,6 @@ void check_common_coupling(const fluid::Spec& fluid, std::span<const scene::Body
   if (!found.grows() || !is_worse) return;
   std::vector<std::string> names;
   for (const scene::Body& body : bodies) names.push_back(body.name);
-  const std::string problem = fmt::format(
-      "the coupling of {} to the fluid, whose nodes they share, is unstable: perturbations grow by {:.4g} a "
-      "step, {:.2g} times in a hundred steps",
-      fmt::join(names, ", "), found.factor, std::pow(found.factor, 100.0));
   const double answered = scene::answered_slip(fluid, bodies);
   const std::string what_helps =
       answered >= 2.0 ? fmt::format(
@@ -78,18 +80,11 @@ void check_common_coupling(const fluid::Spec& fluid, std::span<const scene::Body
                             "stay below 2. Use smaller marker volumes, or move them apart",
                             answered)
                       : "Use more node mass, or move them apart";
-  const bool allowed = std::any_of(bodies.begin(), bodies.end(),
-                                   [](const scene::Body& body) { return body.coupling->allow_unstable; });
-  if (found.factor <= scene::growth_refused || allowed) {
-    progress.warn(fmt::format("{} (without the fluid's own motion, which may just stabilise it). {}", problem,
-                              what_helps));
-    return;
-  }
-  throw InputError(
-      place, problem,
-      fmt::format("no scene that grew by more than {} without the fluid's own motion was stabilised by it",
-                  scene::growth_refused),
-      what_helps + ". To see it break, set allow_unstable = true in a [body.coupling]");
+  const bool is_allowed = std::any_of(bodies.begin(), bodies.end(),
+                                      [](const scene::Body& body) { return body.coupling->allow_unstable; });
+  report_unstable(found.factor,
+                  fmt::format("{} to the fluid, whose nodes they share,", fmt::join(names, ", ")), what_helps,
+                  is_allowed, "a [body.coupling]", place, progress);
 }
 
 }  // namespace veriflex::engine

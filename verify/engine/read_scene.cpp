@@ -114,6 +114,13 @@ scene::SolidSpec read_solid_at_rest(const io::Table& top, const bond::AnyLaw& la
   return solid;
 }
 
+double need_positive(const io::Table& table, const std::string& key, double value,
+                     const std::string& suggestion) {
+  if (!(value > 0.0))
+    table.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", suggestion);
+  return value;
+}
+
 Vec3 read_vector(const io::Table& table, const std::string& key) {
   const std::vector<double> v = table.numbers(key);
   if (v.size() != 3) {
@@ -209,11 +216,7 @@ fluid::Shape read_obstacle(const io::Table& fluid) {
   const io::Table table = fluid.table("obstacle");
   const std::string shape = table.choice("shape", {"sphere", "cylinder"});
   const Vec3 centre = read_vector(table, "centre");
-  const double radius = table.number("radius");
-  if (!(radius > 0.0)) {
-    table.fail("radius", fmt::format("'radius' is {}", radius), "it must be positive",
-               "Give for example 4.0");
-  }
+  const double radius = need_positive(table, "radius", table.number("radius"), "Give for example 4.0");
   if (centre.cwiseAbs().maxCoeff() > static_cast<double>(max_fluid_nodes)) {
     table.fail("centre", "the centre lies beyond any box",
                fmt::format("an axis has at most {} nodes", max_fluid_nodes), "Give a place in the box");

@@ -34,6 +34,10 @@ fluid::Spec read_fluid(const io::Table& top, Varied varied = Varied::Nothing);
 /// Refuses a `representation` of [fluid] that is impossible at the fluid's tau; for drivers that vary tau.
 void check_representation(const io::Table& top, const fluid::Spec& spec);
 
+/// That value of `key`, refused where it is not positive.
+double need_positive(const io::Table& table, const std::string& key, double value,
+                     const std::string& suggestion = "Give more than 0");
+
 /// Three numbers.
 Vec3 read_vector(const io::Table& table, const std::string& key);
 
@@ -56,10 +60,10 @@ observe::MonitorSpec read_monitor(const io::Table& top);
 /// so the table may be absent.
 scene::CouplingSpec read_coupling(const io::Table& top);
 
-/// The plan, with a scene that cannot be planned reported at its place in the case.
 /// `keep` of a table: parts that are built although they do nothing, out of `known`. Throws InputError.
 std::vector<std::string> read_kept(const io::Table& table, const std::vector<std::string>& known);
 
+/// The plan, with a scene that cannot be planned reported at its place in the case.
 scene::Plan read_plan(const io::Table& top, const scene::Outline& scene);
 
 }  // namespace veriflex::engine

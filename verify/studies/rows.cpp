@@ -192,8 +192,7 @@ class Runner {
     const std::size_t total = todo.size();
     auto next = todo.begin();
     while (next != todo.end() || !running_.empty()) {
-      while (next != todo.end() && stop::signal == 0 &&
-             running_.size() < static_cast<std::size_t>(at_once_)) {
+      while (next != todo.end() && !stop::asked() && running_.size() < static_cast<std::size_t>(at_once_)) {
         running_.try_emplace(*next, base_, settings_[*next], workspace_, folder_, threads_, repeats_);
         ++next;
       }
@@ -213,7 +212,7 @@ class Runner {
     std::vector<pollfd> handles;
     for (const auto& [i, child] : running_) handles.push_back({child.handle(), POLLIN, 0});
     poll(handles.data(), handles.size(), 200);
-    if (stop::signal != 0 && !asked_to_stop_) {
+    if (stop::asked() && !asked_to_stop_) {
       for (const auto& [i, child] : running_) child.ask_to_stop();
       asked_to_stop_ = true;
     }

@@ -590,26 +590,3 @@ TEST_CASE("A file name that is no UTF-8 does not break the output") {
   CHECK(ran.code == input);
   CHECK(folder.run({"list", "--json", "--cases", "."}).code == 0);
 }
-
-TEST_CASE("A box beyond the memory that a limit leaves to the process is refused by name") {
-  const Folder folder;
-  folder.write("box.toml", R"(schema = 2
-id = "box"
-title = "t"
-question = "q"
-equation = "e"
-sources = []
-tier = "quick"
-topics = ["fluid"]
-driver = "scene"
-[fluid]
-nodes = [400, 400, 400]
-relaxation_time = 0.8
-[run]
-steps = 1
-)");
-  const Ran ran = folder.shell("ulimit -v 4000000; \"$V\" run box.toml --out out");
-  CHECK(ran.code == input);
-  CHECK_THAT(ran.err, ContainsSubstring("box.toml:11"));
-  CHECK_THAT(ran.err, ContainsSubstring("GB are available"));
-}

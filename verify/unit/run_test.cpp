@@ -52,11 +52,18 @@ std::string periodic_fluid(const std::string& id) {
   return text.substr(0, text.find("[sweep]"));
 }
 
+// That text with another value of its first key of this name.
+std::string with_value(std::string text, const std::string& key, const std::string& value) {
+  const std::size_t line = text.find("\n" + key + " = ");
+  return text.replace(line, text.find('\n', line + 1) - line, "\n" + key + " = " + value);
+}
+
 // A fluid that moves for hours.
-std::string endless() {
-  std::string text = periodic_fluid("long");
-  const std::size_t steps = text.find("\nsteps = ");
-  return text.replace(steps, text.find('\n', steps + 1) - steps, "\nsteps = 100000000");
+std::string endless() { return with_value(periodic_fluid("long"), "steps", "100000000"); }
+
+// A fluid of 7.7 GB.
+std::string large(const std::string& id) {
+  return with_value(periodic_fluid(id), "nodes", "[400, 400, 400]");
 }
 
 // The command as a process of its own, with the signals at their defaults.
@@ -515,10 +522,7 @@ TEST_CASE("Files replace files, never links, devices or pipes") {
 #ifndef __SANITIZE_ADDRESS__
 TEST_CASE("Out of memory in one case of three: it is named and stored, the others run, the report is drawn") {
   const Folder folder;
-  std::string text = periodic_fluid("m");
-  const std::size_t nodes = text.find("\nnodes = ");
-  folder.write("cs/m.toml",
-               text.replace(nodes, text.find('\n', nodes + 1) - nodes, "\nnodes = [400, 400, 400]"));
+  folder.write("cs/m.toml", large("m"));
   folder.write("cs/a.toml", named("a"));
   folder.write("cs/z.toml", named("z"));
   const Ran ran = folder.shell("ulimit -d 2000000; \"$V\" verify --cases cs --out o --threads 1");
@@ -527,6 +531,15 @@ TEST_CASE("Out of memory in one case of three: it is named and stored, the other
   CHECK(attribute(folder.path() / "o/m.h5", "error_kind") == "memory");
   CHECK(attribute(folder.path() / "o/z.h5", "verdict") == "pass");
   CHECK(fs::exists(folder.path() / "o/report.html"));
+}
+
+TEST_CASE("A box beyond the memory that a limit leaves to the process is refused by name") {
+  const Folder folder;
+  folder.write("box.toml", large("box"));
+  const Ran ran = folder.shell("ulimit -v 4000000; \"$V\" run box.toml --out out");
+  CHECK(ran.code == 2);
+  CHECK_THAT(ran.err, ContainsSubstring("box.toml:12"));
+  CHECK_THAT(ran.err, ContainsSubstring("GB are available"));
 }
 
 TEST_CASE("Threads that cannot be had are done without") {

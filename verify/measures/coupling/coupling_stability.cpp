@@ -194,9 +194,7 @@ Point read_point(const io::Table& t, double relaxation_time) {
   if (!(point.stiffness >= 1e-6) || point.stiffness > 1e6)
     t.fail("stiffness", fmt::format("'stiffness' is {}", point.stiffness), "it lies between 1e-6 and 1e6",
            "1 is the body's own");
-  if (point.node_mass && !(*point.node_mass > 0.0))
-    t.fail("node_mass", fmt::format("'node_mass' is {}", *point.node_mass), "it must be positive",
-           "Give more than 0");
+  if (point.node_mass) engine::need_positive(t, "node_mass", *point.node_mass);
   return point;
 }
 

@@ -236,10 +236,7 @@ engine::Study read_crossflow(const io::Table& top) {
     top.table("bond").fail("law", "a rod of bonds alone", "without angles it has no shear stiffness",
                            "Add [angle] stiffness");
   }
-  if (!(study.node_mass > 0.0)) {
-    t.fail("node_mass", fmt::format("'node_mass' is {}", study.node_mass), "it must be positive",
-           "1 is the paper's");
-  }
+  engine::need_positive(t, "node_mass", study.node_mass, "1 is the paper's");
   if (!(study.steady_change >= 1e-14)) {
     t.fail("steady_change", fmt::format("'steady_change' is {}", study.steady_change),
            "round-off never comes to rest", "Give for example 1e-7");

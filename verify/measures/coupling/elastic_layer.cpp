@@ -175,20 +175,14 @@ void run(const LayerStudy& study, Observations& seen, Progress& progress, engine
   seen.set("strain", strain);
 }
 
-double read_positive(const io::Table& t, const std::string& key) {
-  const double value = t.number(key);
-  if (!(value > 0.0))
-    t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give more than 0");
-  return value;
-}
-
 Asked read_asked(const io::Table& t) {
+  const auto positive = [&](const char* key) { return engine::need_positive(t, key, t.number(key)); };
   const Asked asked{.layers = t.integer("layers", 3, 100'000),
                     .depth = t.integer("depth", 2, 100),
-                    .stiffness = read_positive(t, "stiffness"),
-                    .density = read_positive(t, "density"),
-                    .period = read_positive(t, "period"),
-                    .stroke = read_positive(t, "stroke")};
+                    .stiffness = positive("stiffness"),
+                    .density = positive("density"),
+                    .period = positive("period"),
+                    .stroke = positive("stroke")};
   if (asked.depth % 2 != 0) {
     t.fail("depth", fmt::format("'depth' is {}", asked.depth),
            "the walls stand half-way between nodes where it is even", "Use an even number");

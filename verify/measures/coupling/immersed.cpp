@@ -36,12 +36,8 @@ scene::Forcing read_forcing(const io::Table& top) {
 }
 
 double read_positive(const io::Table& t, const std::string& key, double otherwise) {
-  const double value = t.number(key, otherwise);
-  if (!(value > 0.0)) {
-    t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive",
-           fmt::format("Give for example {}", otherwise));
-  }
-  return value;
+  return engine::need_positive(t, key, t.number(key, otherwise),
+                               fmt::format("Give for example {}", otherwise));
 }
 
 std::vector<std::int64_t> read_rising(const io::Table& t, const std::string& key, std::int64_t min,

@@ -19,11 +19,6 @@ Driven read_driven(const io::Table& t) {
   return t.choice("driven", {"node", "section"}) == "section" ? Driven::Section : Driven::Node;
 }
 
-void need_positive(const io::Table& t, const std::string& key, double value) {
-  if (value > 0.0) return;
-  t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give more than 0");
-}
-
 double read_ramp(const io::Table& t, double otherwise) {
   const double periods = t.number("ramp_periods", otherwise);
   if (periods < 0.0) {
@@ -91,9 +86,9 @@ Stroke read_stroke(const io::Table& top) {
   for (const bond::NamedValue& p : bond::parameters_of(law)) {
     if (p.name == "sigma") stroke.short_bond = 1.2 * p.value;
   }
-  need_positive(t, "amplitude", stroke.amplitude);
-  need_positive(t, "reynolds", stroke.reynolds);
-  need_positive(t, "node_mass", stroke.node_mass);
+  engine::need_positive(t, "amplitude", stroke.amplitude);
+  engine::need_positive(t, "reynolds", stroke.reynolds);
+  engine::need_positive(t, "node_mass", stroke.node_mass);
   return stroke;
 }
 
@@ -116,7 +111,7 @@ Stroke varied(const Stroke& base, const io::Table& variant) {
     s.ramp_periods = read_ramp(t, s.ramp_periods);
     if (t.has("amplitude")) {
       const double amplitude = t.number("amplitude");
-      need_positive(t, "amplitude", amplitude);
+      engine::need_positive(t, "amplitude", amplitude);
       s.reynolds *= amplitude / s.amplitude;  // the frequency stays
       s.amplitude = amplitude;
     }

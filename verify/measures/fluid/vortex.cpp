@@ -121,10 +121,7 @@ Start read_start(const io::Table& t) {
 }
 
 double read_positive(const io::Table& t, const std::string& key) {
-  const double value = t.number(key);
-  if (!(value > 0.0))
-    t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Use for example 1.0");
-  return value;
+  return engine::need_positive(t, key, t.number(key), "Use for example 1.0");
 }
 
 }  // namespace

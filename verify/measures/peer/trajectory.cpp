@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "engine/read_scene.hpp"
 #include "measures/peer/body.hpp"
 #include "measures/peer/kinds.hpp"
 #include "solid/leapfrog.hpp"
@@ -198,12 +199,8 @@ engine::Study read_trajectory(const io::Table& top, const io::Table& peer) {
   refuse_mixed_frames(body, table);
   const Motion motion{peer.number("time_step"), node_mass_of(body, peer),
                       peer.has("early_steps") ? peer.integer("early_steps", 0, 1'000'000'000) : 10};
-  const auto need_positive = [&](const std::string& key, double value) {
-    if (value > 0.0) return;
-    peer.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give a positive number");
-  };
-  need_positive("time_step", motion.time_step);
-  need_positive("node_mass", motion.node_mass);
+  engine::need_positive(peer, "time_step", motion.time_step, "Give a positive number");
+  engine::need_positive(peer, "node_mass", motion.node_mass, "Give a positive number");
   if (table["step"].front() != 0.0)
     peer.fail("table", fmt::format("the table begins at step {}", table["step"].front()),
               "the motion starts from its first frame, step 0", "Keep the first frame");

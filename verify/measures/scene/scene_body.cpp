@@ -92,11 +92,6 @@ solid::Network read_data_file(const io::Table& t) {
   return scene::network_of(io::read_lammps_data(beside / t.text("file")), straight);
 }
 
-void need_positive(const io::Table& t, const std::string& key, double value) {
-  if (value > 0.0) return;
-  t.fail(key, fmt::format("'{}' is {}", key, value), "it must be positive", "Give more than 0");
-}
-
 /// "first section", "last section", "all" or a list. Sections lie across the body's own z axis, `along` being
 /// its nodes' places on it.
 std::vector<std::int32_t> read_nodes(const io::Table& table, const std::string& key,
@@ -130,7 +125,7 @@ double read_period(const io::Table& t) {
   }
   const std::string key = t.has("period") ? "period" : "frequency";
   const double value = t.has("period") ? t.number("period") : t.number("frequency");
-  need_positive(t, key, value);
+  engine::need_positive(t, key, value);
   const double period = key == "period" ? value : 1.0 / value;
   if (!(period >= 4.0) || period > 1e9) {
     t.fail(key, fmt::format("a period takes {} steps", period), "it takes from 4 to 1e9 of them",
@@ -188,7 +183,7 @@ void read_start(const io::Table& t, const Eigen::VectorXd& along, double bond_st
   u.col(body.axis) = strain * along;
   if (t.has("noise")) {
     const double amplitude = t.number("noise");
-    need_positive(t, "noise", amplitude);
+    engine::need_positive(t, "noise", amplitude);
     Positions moved =
         u + noise(along.size(), amplitude,
                   static_cast<std::uint64_t>(t.has("seed") ? t.integer("seed", 1, 1'000'000'000) : 1));
@@ -226,7 +221,7 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
                   CaseBody& said) {
   solid::Conditions& conditions = body.conditions;
   conditions.node_mass = t.number("node_mass", conditions.node_mass);
-  need_positive(t, "node_mass", conditions.node_mass);
+  engine::need_positive(t, "node_mass", conditions.node_mass);
   if (t.has_text("substeps")) {
     t.choice("substeps", {"auto"});
     body.substeps.safety = automatic_safety;
@@ -303,7 +298,7 @@ solid::Network read_shape(const io::Table& body, double rest_length) {
   }
   if (shape.has("lammps")) return read_data_file(shape.table("lammps"));
   const double spacing = body.number("spacing", rest_length);
-  need_positive(body, "spacing", spacing);
+  engine::need_positive(body, "spacing", spacing);
   if (shape.has("chain")) {
     const io::Table t = shape.table("chain");
     const solid::Block chain{{1, 1, t.integer("nodes", 2, max_nodes)}, spacing};

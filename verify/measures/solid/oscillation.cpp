@@ -378,17 +378,16 @@ engine::Study read_oscillation(const io::Table& top) {
   } catch (const NumericalFailure& failure) {
     t.fail("strain", "the motion has no period", failure.what(), "Use a smaller strain");
   }
-  const bool is_adaptive = study.integrator == Integrator::RungeKutta;
-  if (is_adaptive) {
+  if (study.integrator == Integrator::RungeKutta) {
     study.tolerance = read_tolerance(t);
   } else {
     study.time_step = read_time_step(t, study.exact);
-  }
-  const double steps = is_adaptive ? 0.0 : study.periods * study.exact / study.substep();
-  if (!(steps <= max_steps)) {
-    t.fail("periods", fmt::format("{} periods take {:.3g} (sub-)steps", study.periods, steps),
-           fmt::format("a period lasts {:.6g}; {:.0e} of them are the limit", study.exact, max_steps),
-           "Use fewer steps or periods, or another unit of time");
+    const double steps = study.periods * study.exact / study.substep();
+    if (!(steps <= max_steps)) {
+      t.fail("periods", fmt::format("{} periods take {:.3g} (sub-)steps", study.periods, steps),
+             fmt::format("a period lasts {:.6g}; {:.0e} of them are the limit", study.exact, max_steps),
+             "Use fewer steps or periods, or another unit of time");
+    }
   }
   const Named<Integrator>& integrator = row_of(integrators, study.integrator);
   return {.plan = engine::read_plan(top, {.law = law,

@@ -81,9 +81,10 @@ RungeKutta::RungeKutta(const solid::Material& material, const solid::Network& ne
   if (!d.method || !d.control || !d.evolve) throw std::bad_alloc();
   d.next_step = 1e-3 / frequency;
   d.network_parts = solid::parts_of(network);
-  constexpr double arrays_of_gsl = 24.0;  // of the size of a state: stages, estimates, scales
-  d.part = {parts::Kind::RungeKutta,
-            parts::array_bytes(d.now, d.gradient) + arrays_of_gsl * parts::array_bytes(d.now)};
+  // This state and the one before, and half of one for the gradient; of GSL 15 for the method, 4 for its
+  // steps, 1 of scales.
+  constexpr double states = 22.5;
+  d.part = {parts::Kind::RungeKutta, states * parts::array_bytes(d.now)};
 }
 
 RungeKutta::~RungeKutta() = default;
