@@ -7,16 +7,19 @@ Verdicts were computed by veriflex; here they are only shown.
 import argparse
 import fcntl
 import json
+import math
 import os
 import stat
 import sys
 from collections import Counter
 from pathlib import Path
 
-from report import cache, results, text, topics
+from report import cache, text, topics
+from veriflex import results
 
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
 HERE = Path(__file__).parent / "report"
+READER = Path(__file__).parent / "veriflex"
 
 
 def standings_in_words(counts):
@@ -105,6 +108,25 @@ def verdict_table(results_read, unreadable, counts_of_paper, skipped):
     return lines
 
 
+def verdicts(results_read, unreadable):
+    """The same table for programs: one dict per case."""
+    rows = []
+    for result in results_read:
+        margin = text.worst_margin(result)
+        rows.append(
+            dict(
+                id=result.id,
+                verdict=result.verdict,
+                checks=len(result.checks),
+                passed=text.passed(result),
+                worst_margin=margin if margin is not None and math.isfinite(margin) else None,
+                findings=result.findings,
+                wall_seconds=text.wall_seconds(result),
+            )
+        )
+    return rows + [dict(id=results.plain(broken.file.stem), verdict="unreadable") for broken in unreadable]
+
+
 def progress(done, of):
     """A line on a terminal, which the next one replaces."""
     if sys.stderr.isatty():
@@ -114,7 +136,7 @@ def progress(done, of):
 
 def report_of(paths, ledger, out):
     """Page, table of verdicts and complaints: kept ones, if nothing has changed that they depend on."""
-    code = cache.of_files(HERE, ".py", ".mplstyle", ".j2", ".css", ".js")
+    code = cache.of_files(HERE, ".py", ".mplstyle", ".j2", ".css", ".js") + cache.of_files(READER, ".py")
     found = {path: results.fingerprint(path) for path in paths}
     linked = [HERE.parents[1] / folder for folder in ("cases", "reference")]  # whose files the page leads to
     names = [name for folder in linked if folder.is_dir() for name in sorted(os.listdir(folder))]
@@ -126,13 +148,14 @@ def report_of(paths, ledger, out):
         return made
     from report import page  # here: matplotlib takes longer than all else of a page that was kept
 
-    drawing_code = cache.of_files(HERE, ".py", ".mplstyle")
+    drawing_code = cache.of_files(HERE, ".py", ".mplstyle") + cache.of_files(READER, ".py")
     results_read, figures, unreadable = page.load(paths, found, drawing_code, kept, progress)
     standing = ledger["counts"] if ledger and page.ledger_rows(ledger["claims"], results_read) else {}
     skipped = topics.skipped(results_read) if standing else ""
     made = dict(
         page=page.render(results_read, figures, unreadable, ledger, skipped, out),
         table=verdict_table(results_read, unreadable, standing, skipped),
+        verdicts=verdicts(results_read, unreadable),
         complaints=[broken.message for broken in unreadable],
     )
     kept.put(key, made)
@@ -157,6 +180,7 @@ def main(arguments=None):
     parser.add_argument("folder", type=Path, metavar="RESULTS_DIR", help="folder with the *.h5 files of `veriflex run`")
     parser.add_argument("--out", type=Path, metavar="FILE.html", help="default: RESULTS_DIR/report.html")
     parser.add_argument("--claims", type=Path, metavar="FILE.json", help="the ledger, from `veriflex claims --json`")
+    parser.add_argument("--json", action="store_true", help="print the verdicts as JSON")
     options = parser.parse_args(arguments)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # names of files may be no text
@@ -189,6 +213,8 @@ def main(arguments=None):
     except OSError as problem:
         print(f"{out}: cannot be written ({problem.strerror}). Give another file with --out", file=sys.stderr)
         return UNWRITABLE
+    if options.json:
+        return tell([json.dumps(dict(verdicts=made["verdicts"], report=str(out)), indent=2)])
     return tell([*made["table"], str(out)])
 
 

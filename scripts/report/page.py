@@ -11,7 +11,8 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, cache, cost, drawing, figures, findings, leave_out, overview, results, stability, studies, text, topics
+from report import bond, cache, cost, drawing, figures, findings, leave_out, overview, stability, studies, text, topics
+from veriflex import results
 
 HERE = Path(__file__).parent
 SECTIONS = {

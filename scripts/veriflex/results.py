@@ -40,7 +40,13 @@ class Record:
     columns: dict[str, Column]
 
     def __getitem__(self, name):
+        """The numpy array of a column."""
         return self.columns[name].values
+
+    @property
+    def dimensions(self):
+        """Dimension of each column, by name."""
+        return {name: column.dimension for name, column in self.columns.items()}
 
     def has(self, *names):
         return all(name in self.columns for name in names)
@@ -129,6 +135,12 @@ class Result:
     def metric(self, name):
         """Value of a metric, None where the case has no such metric."""
         return next((metric.value for metric in self.metrics if metric.name == name), None)
+
+    def record(self, name):
+        """A record by its name; KeyError names those that there are."""
+        if name not in self.records:
+            raise KeyError(f"{self.id} has no record '{name}', but: {', '.join(self.records) or 'none'}")
+        return self.records[name]
 
 
 @dataclass(frozen=True)
@@ -280,6 +292,25 @@ def load(path):
     except Exception as problem:  # whatever a file may hold, it is one row of the report and not its end
         why = problem.args[0] if problem.args else type(problem).__name__
         raise UnreadableResult(f"{path}: not as schema {SCHEMA} says ({why}). {again}") from problem
+
+
+def load_folder(folder):
+    """All results of a folder by id; UnreadableResult where one is none."""
+    return {result.id: result for result in map(load, files(folder))}
+
+
+def factor(dimension, *, mass, length, time):
+    """What a number of that dimension ("M L^-1 T^-2") in lattice units is to be multiplied with, where the units of mass, length and
+    time are so much in the units wanted; 1 for a pure number. ValueError for anything else.
+    """
+    unit = {"M": mass, "L": length, "T": time}
+    product = 1.0
+    for part in dimension.split():
+        base, _, power = part.partition("^")
+        if base not in unit and part != "1":
+            raise ValueError(f"'{dimension}' is no dimension (powers of M, L and T with spaces between). Give that of a column")
+        product *= unit.get(base, 1.0) ** float(power or 1)
+    return product
 
 
 def read_file(path):
