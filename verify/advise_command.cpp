@@ -8,6 +8,7 @@
 #include "base/error.hpp"
 #include "base/say.hpp"
 #include "engine/result.hpp"
+#include "engine/symbols.hpp"
 #include "exit_code.hpp"
 #include "run_cases.hpp"
 #include "studies/advise.hpp"
@@ -54,7 +55,7 @@ studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path) {
 // Axes of the case's own sweep that stand for several keys at once, in words; what one of them alone is set
 // to is no setting.
 std::vector<std::string> joint_axes(const io::Hdf5File& file) {
-  const io::Table top = io::parse_document(file.texts("/case").front(), "the stored case");
+  const io::Table top = engine::parse_case(file.texts("/case").front(), "the stored case");
   std::vector<std::string> joint;
   if (!top.has("sweep") || !file.attribute("/", "variant").empty()) return joint;
   for (const studies::Axis& axis : studies::read_axes(top.table("sweep"))) {

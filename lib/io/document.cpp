@@ -12,6 +12,8 @@
 #include <sstream>
 #include <string_view>
 
+#include "io/synonyms.hpp"
+
 namespace veriflex::io {
 
 namespace {
@@ -26,6 +28,7 @@ struct Table::Node {
   std::string file;
   std::string name;  // dotted path of this table, empty at the top
   std::shared_ptr<const Overridden> overridden;
+  std::shared_ptr<const Synonyms> synonyms;
   std::set<std::string, std::less<>> read;
   std::set<std::string, std::less<>> asked;  // keys somebody knows, for suggestions
   std::vector<std::shared_ptr<Node>> below;
@@ -120,6 +123,52 @@ void mark(const toml::node& node, const std::string& setting, Overridden& overri
   }
 }
 
+bool is_index(const std::string& part) {
+  return !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
+}
+
+// A dotted path with each part under the name that readers know.
+std::string read_as(const std::string& path, const Synonyms& synonyms) {
+  if (!synonyms) return path;
+  std::string all, table;
+  for (std::size_t start = 0; start <= path.size();) {
+    const std::size_t dot = std::min(path.find('.', start), path.size());
+    std::string part = path.substr(start, dot - start);
+    if (const std::string_view key = synonyms(table, part); !key.empty()) part = key;
+    all += (start == 0 ? "" : ".") + part;
+    if (!is_index(part)) table = part;
+    start = dot + 1;
+  }
+  return all;
+}
+
+// Puts what stands under another name under the key that it means, in a table and those below. `place` says
+// where a value was written.
+void resolve(toml::node& node, const std::string& name, const Synonyms& synonyms,
+             const std::function<Place(const toml::node&)>& place) {
+  if (toml::array* array = node.as_array()) {
+    for (toml::node& item : *array) resolve(item, name, synonyms, place);
+  }
+  toml::table* table = node.as_table();
+  if (table == nullptr) return;
+  std::vector<std::pair<std::string, std::string>> found;  // word and key
+  for (const auto& [word, unused] : *table) {
+    if (const std::string_view key = synonyms(name, word.str()); !key.empty())
+      found.emplace_back(word.str(), key);
+  }
+  for (const auto& [word, key] : found) {
+    if (const toml::node* other = table->get(key)) {
+      throw InputError(place(*table->get(word)), fmt::format("both '{}' and '{}'", key, word),
+                       fmt::format("they are two names of one parameter, the other stands at {}",
+                                   to_string(place(*other))),
+                       "Keep one");
+    }
+    table->insert_or_assign(key, std::move(*table->get(word)));
+    table->erase(word);
+  }
+  for (auto&& [key, value] : *table) resolve(value, std::string(key.str()), synonyms, place);
+}
+
 // The table that a path of --set needs and the document lacks: a key of a table, or the next `[[name]]`.
 toml::node* added_table(toml::node& in, const std::string& key) {
   if (toml::table* table = in.as_table(); table != nullptr && !key.empty()) {
@@ -132,7 +181,7 @@ toml::node* added_table(toml::node& in, const std::string& key) {
 }
 
 void apply_override(toml::table& document, const std::string& setting, const std::string& file,
-                    Overridden& overridden) {
+                    const Synonyms& synonyms, Overridden& overridden) {
   const auto bad = [&](const std::string& problem, const std::string& why, const std::string& suggestion) {
     throw InputError({}, fmt::format("--set {}: {}", setting, problem), why, suggestion);
   };
@@ -140,7 +189,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
   const std::size_t equals = setting.find('=');
   if (equals == std::string::npos || equals == 0)
     bad("not of the form key=value", "", "Write --set bond.epsilon=2.0");
-  const std::string path = setting.substr(0, equals);
+  const std::string path = read_as(setting.substr(0, equals), synonyms);
   const std::string value = setting.substr(equals + 1);
   const bool removes = value.find_first_not_of(" \t") == std::string::npos;
 
@@ -154,10 +203,11 @@ void apply_override(toml::table& document, const std::string& setting, const std
     bad("the value is more than one TOML value", "", "Set one key at a time");
 
   toml::node* at = &document;
-  std::string last = path;
+  std::string last = path, table_name;
   for (std::size_t dot = last.find('.'); dot != std::string::npos; dot = last.find('.')) {
     const std::string key = last.substr(0, dot);
     last = last.substr(dot + 1);
+    if (!is_index(key)) table_name = key;
     toml::node* next = entry(*at, key);
     if (next == nullptr) {
       if (!removes) next = added_table(*at, key);
@@ -170,6 +220,10 @@ void apply_override(toml::table& document, const std::string& setting, const std
       mark(*next, setting, overridden);
     }
     at = next;
+  }
+  if (synonyms && !removes) {
+    resolve(*parsed.get("value"), is_index(last) ? table_name : last, synonyms,
+            [&](const toml::node&) { return Place{"--set " + setting}; });
   }
   if (toml::array* array = at->as_array(); array != nullptr && entry(*at, last) != nullptr) {
     const auto place = array->cbegin() + static_cast<std::ptrdiff_t>(std::stoul(last));
@@ -205,6 +259,7 @@ std::shared_ptr<Table::Node> child(Table::Node& parent, const toml::table& table
   node->file = parent.file;
   node->name = parent.name.empty() ? name : parent.name + "." + name;
   node->overridden = parent.overridden;
+  node->synonyms = parent.synonyms;
   parent.below.push_back(node);
   return node;
 }
@@ -436,9 +491,10 @@ void Table::fail(const std::string& key, const std::string& problem, const std::
 
 std::optional<std::string> Table::shown(const std::string& path) const {
   const toml::node* at = node_->table;
-  for (std::size_t start = 0; at != nullptr && start <= path.size();) {
-    const std::size_t dot = std::min(path.find('.', start), path.size());
-    at = entry(*at, path.substr(start, dot - start));
+  const std::string known = read_as(path, *node_->synonyms);
+  for (std::size_t start = 0; at != nullptr && start <= known.size();) {
+    const std::size_t dot = std::min(known.find('.', start), known.size());
+    at = entry(*at, known.substr(start, dot - start));
     start = dot + 1;
   }
   if (at == nullptr) return std::nullopt;
@@ -513,7 +569,7 @@ std::string toml_text(double number) {
 }
 
 Table parse_document(const std::string& text, const std::string& file,
-                     const std::vector<std::string>& overrides) {
+                     const std::vector<std::string>& overrides, const Synonyms& synonyms) {
   refuse_deep_keys(text, file);
   auto document = std::make_shared<toml::table>();
   try {
@@ -523,13 +579,24 @@ Table parse_document(const std::string& text, const std::string& file,
                      std::string(error.description()), "Mend the line");
   }
   auto top = std::make_shared<Table::Node>();
+  if (synonyms) {
+    resolve(*document, "", synonyms, [&](const toml::node& node) {
+      return Place{file, node.source().begin.line, node.source().begin.column};
+    });
+  }
   Overridden overridden;
-  for (const std::string& setting : overrides) apply_override(*document, setting, file, overridden);
+  for (const std::string& setting : overrides) apply_override(*document, setting, file, synonyms, overridden);
+  top->synonyms = std::make_shared<const Synonyms>(synonyms);
   top->overridden = std::make_shared<const Overridden>(std::move(overridden));
   top->document = document;
   top->table = document.get();
   top->file = file;
   return Table(top);
+}
+
+Table parse_document(const std::string& text, const std::string& file,
+                     const std::vector<std::string>& overrides) {
+  return parse_document(text, file, overrides, {});
 }
 
 }  // namespace veriflex::io

@@ -11,6 +11,7 @@
 #include "engine/asked.hpp"
 #include "engine/ledger.hpp"
 #include "engine/renamed.hpp"
+#include "engine/symbols.hpp"
 #include "io/file.hpp"
 
 namespace veriflex::engine {
@@ -362,14 +363,14 @@ Case read_case(const fs::path& path, const std::vector<std::string>& overrides, 
   Case c;
   c.text = text;
   c.overrides = overrides;
-  read_into(c, io::parse_document(text, path.string(), overrides), path, readers, reference_folder, problems);
+  read_into(c, parse_case(text, path.string(), overrides), path, readers, reference_folder, problems);
   if (!problems.empty()) throw problems.front();
   return c;
 }
 
 CaseHead read_head(const fs::path& path) {
   try {
-    return head_of(io::parse_document(io::read_file(path), path.string()), path);
+    return head_of(parse_case(io::read_file(path), path.string()), path);
   } catch (const InputError& error) {
     return {path.stem().string(), "", "", "", {}, path, error.what()};
   }

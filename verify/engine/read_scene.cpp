@@ -134,7 +134,19 @@ int read_axis(const io::Table& table, const std::string& key) {
   return table.choice(key, {"x", "y", "z"})[0] - 'x';
 }
 
+// Or the viscosity that stands for it.
 double read_relaxation_time(const io::Table& table) {
+  if (table.has("viscosity")) {
+    if (table.has("relaxation_time")) {
+      table.fail("viscosity", "both viscosity and relaxation_time",
+                 fmt::format("either says the other, and relaxation_time stands at {}",
+                             to_string(table.place("relaxation_time"))),
+                 "Keep one");
+    }
+    const double viscosity =
+        need_positive(table, "viscosity", table.number("viscosity"), "For example 0.1 is tau = 0.8");
+    return 3.0 * viscosity + 0.5;
+  }
   const double tau = table.number("relaxation_time");
   if (!(tau > 0.5)) {
     table.fail("relaxation_time", fmt::format("'relaxation_time' is {}", tau),

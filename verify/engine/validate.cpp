@@ -7,6 +7,7 @@
 
 #include "engine/baseline.hpp"
 #include "engine/ledger.hpp"
+#include "engine/symbols.hpp"
 #include "io/file.hpp"
 
 namespace veriflex::engine {
@@ -96,7 +97,7 @@ std::vector<Case> check_cases(const std::vector<fs::path>& paths, const fs::path
   for (const fs::path& path : paths) {
     problems.attempt([&] {
       std::vector<InputError> found;
-      const io::Table top = io::parse_document(io::read_file(path), path.string());
+      const io::Table top = parse_case(io::read_file(path), path.string());
       cases.push_back(read_parts(top, path, readers, reference_folder, found));
       for (const InputError& error : found) problems.add(error.what());
       if (found.empty()) compare_with_baseline(cases.back(), case_folder, reference_folder);

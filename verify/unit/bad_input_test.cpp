@@ -185,7 +185,7 @@ claim = "young-modulus")";
       {"an old path in [assumed]", and_then("[assumed]\n\"bond.depth\" = \"not given\""),
        "'depth' is now 'epsilon'"},
       {"a symbol beside its name", with("epsilon = 1.0", "epsilon = 1.0\neta = 1.0"),
-       "bad.toml:14:7: both 'epsilon' and 'eta' (they are two names of one parameter). Keep one"},
+       "bad.toml:14:7: both 'epsilon' and 'eta' (they are two names of one parameter, the other stands at "},
       {"empty file", "", "bad.toml"},
       {"only a comment", "# nothing\n", "lacks 'schema'"},
       {"broken TOML", with("[solid]", "[solid"), "bad.toml:16:"},

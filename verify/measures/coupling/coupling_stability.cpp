@@ -189,7 +189,9 @@ Point read_point(const io::Table& t, double relaxation_time) {
               .substeps = static_cast<int>(t.integer("substeps", 1, 1000)),
               .subcycled = t.flag("subcycled", false),
               .stiffness = t.number("stiffness", 1.0),
-              .relaxation_time = t.has("relaxation_time") ? engine::read_relaxation_time(t) : relaxation_time,
+              .relaxation_time = t.has("relaxation_time") || t.has("viscosity")
+                                     ? engine::read_relaxation_time(t)
+                                     : relaxation_time,
               .node_mass = t.number_if("node_mass")};
   if (!(point.stiffness >= 1e-6) || point.stiffness > 1e6)
     t.fail("stiffness", fmt::format("'stiffness' is {}", point.stiffness), "it lies between 1e-6 and 1e6",

@@ -96,7 +96,8 @@ Stroke varied(const Stroke& base, const io::Table& variant) {
   Stroke s = base;
   if (variant.has("fluid")) {
     const io::Table fluid = variant.table("fluid");
-    if (fluid.has("relaxation_time")) s.fluid.relaxation_time = engine::read_relaxation_time(fluid);
+    if (fluid.has("relaxation_time") || fluid.has("viscosity"))
+      s.fluid.relaxation_time = engine::read_relaxation_time(fluid);
     if (fluid.has("nodes")) s.fluid.grid.size = engine::read_box(fluid);
     if (fluid.flag("closed", false)) s.fluid.walls = {fluid::Walls{}, fluid::Walls{}, fluid::Walls{}};
   }
