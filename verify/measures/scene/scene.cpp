@@ -10,6 +10,7 @@
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
+#include "engine/units.hpp"
 #include "measures/drivers.hpp"
 #include "scene/contact.hpp"
 #include "scene/markers.hpp"
@@ -240,6 +241,7 @@ engine::Study read_scene(const io::Table& top) {
   scene::Plan plan = plan_of(top, study.scene);
   check_places(study);
   study.observations = read_observations(top, study.scene, period, study.steps);
+  engine::read_units(top);  // for `veriflex units`; nothing depends on it here
   std::vector<std::string> measures;
   if (study.has_elastic_coupling()) measures.emplace_back("coupling_growth");
   for (const Observation& observation : study.observations) {

@@ -1,9 +1,11 @@
 /// What the parts of the driver `scene` share: a scene as the tables of a case say it.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "engine/quantity.hpp"
 #include "io/document.hpp"
 #include "observe/field.hpp"
 #include "observe/run.hpp"
@@ -52,6 +54,9 @@ scene::Plan plan_of(const io::Table& top, const scene::Scene& scene);
 std::function<fluid::Populations(std::int64_t)> read_initial_flow(const io::Table& top,
                                                                   const fluid::Spec& fluid);
 
+/// The numbers that a case of the driver is told by, and its [units].
+std::vector<engine::Quantity> quantities_of(const io::Table& top);
+
 /// An [[observe]].
 struct Observation {
   std::string name, what, title;
@@ -62,6 +67,11 @@ struct Observation {
   std::size_t body = 0;               // whose nodes are looked at, and
   std::vector<std::int32_t> nodes{};  // which
   observe::Series (*series)(const scene::Scene&) = nullptr;
+  /// Files for ParaView: of these bodies, or of the fluid from node to node.
+  bool is_snapshot = false;
+  std::vector<std::size_t> bodies{};
+  std::array<std::int64_t, 3> from{}, to{};
+  std::int64_t last_step = 0;
   /// When does that column first reach that value? Counted from where it first was at `from`.
   struct Reach {
     std::string column;
@@ -84,10 +94,24 @@ observe::Record empty_record(const Observation& observation, const scene::Scene&
 /// What a check may ask of it.
 std::vector<std::string> measures_of(const Observation& observation, const scene::Scene& scene);
 
-/// Adds rows to records[at] when they are due.
+/// Adds rows to records[at] when they are due, and hands over snapshots (observe/attach).
 void add_observers(const Observation& observation, const scene::Scene& scene,
                    std::vector<observe::Record>& records, std::size_t at,
                    std::vector<observe::Observer>& observers);
+
+/// What `what = "body snapshot"` and `"fluid snapshot"` look at.
+void read_body_snapshot(const io::Table& table, const scene::Scene& scene, Observation& to);
+void read_fluid_snapshot(const io::Table& table, const scene::Scene& scene, Observation& to);
+
+/// Three numbers of a node in the box.
+std::array<std::int64_t, 3> read_node(const io::Table& table, const std::string& key, const Grid& grid);
+
+/// `fields` of an observation of the fluid; density and velocity by default.
+observe::Fields read_fields(const io::Table& table);
+
+/// Hands over the files of an observation's snapshots, `<name>-<step>.vtu` and `.vti`, and the list of them,
+/// `<name>.pvd`.
+std::function<void(const scene::Simulation&)> snapshots(const Observation& observation);
 
 /// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows, and `.reached`, the time when the column
 /// that `reaches` names comes to its value. Throws NumericalFailure when it never does.

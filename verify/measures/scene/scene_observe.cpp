@@ -39,6 +39,8 @@ const std::vector<Kind>& kinds() {
       {"deformation", "Principal stretches of bodies", &observe::deformation},
       {"strain", "Extreme strains of bonds", &observe::strains},
       {"slip", "Slip at the coupled nodes", &observe::slip},
+      {"body snapshot", "When files of whole bodies were written", nullptr},
+      {"fluid snapshot", "When files of the fluid were written", nullptr},
   };
   return all;
 }
@@ -47,20 +49,6 @@ const fluid::Spec& need_fluid(const io::Table& t, const scene::Scene& scene) {
   if (!scene.fluid)
     t.fail("what", "it looks at a fluid", "the scene has none", "Add [fluid], or look at a body");
   return *scene.fluid;
-}
-
-/// Three numbers of a node in the box.
-std::array<std::int64_t, 3> read_node(const io::Table& table, const std::string& key, const Grid& grid) {
-  const std::vector<std::int64_t> at = table.integers(key);
-  bool inside = at.size() == 3;
-  for (std::size_t i = 0; inside && i < 3; ++i) inside = at[i] >= 0 && at[i] < grid.size[i];
-  if (!inside) {
-    table.fail(key, fmt::format("'{}' is no node of the box", key),
-               fmt::format("its nodes are numbered from 0 to {}, {} and {}", grid.size[0] - 1,
-                           grid.size[1] - 1, grid.size[2] - 1),
-               fmt::format("Write for example {} = [0, 0, 0]", key));
-  }
-  return {at[0], at[1], at[2]};
 }
 
 void read_places(const io::Table& t, const scene::Scene& scene, Observation& to) {
@@ -90,18 +78,7 @@ void read_places(const io::Table& t, const scene::Scene& scene, Observation& to)
     if (to.places.empty())
       t.fail("to", "the box holds no node", "it ends before it begins", "Exchange from and to");
   }
-  to.fields = {.density = true, .velocity = true, .stress = false};
-  if (!t.has("fields")) return;
-  to.fields = {};
-  for (const std::string& field : t.texts("fields")) {
-    if (field == "density") to.fields.density = true;
-    if (field == "velocity") to.fields.velocity = true;
-    if (field == "stress") to.fields.stress = true;
-    if (field != "density" && field != "velocity" && field != "stress") {
-      t.fail("fields", fmt::format("'fields' lists '{}'", field), "a fluid has density, velocity and stress",
-             "List one or more of these");
-    }
-  }
+  to.fields = read_fields(t);
 }
 
 void read_body_nodes(const io::Table& t, const scene::Scene& scene, Observation& to) {
@@ -194,7 +171,7 @@ double time_of(const Record& record, const Observation::Reach& reach) {
 }
 
 std::size_t rows_of(const Observation& o) {
-  return o.is_series() ? 1 : std::max(o.places.size(), o.nodes.size());
+  return o.is_series() || o.is_snapshot ? 1 : std::max(o.places.size(), o.nodes.size());
 }
 
 void append_now(const Observation& o, const scene::Simulation& simulation, Record& record) {
@@ -220,6 +197,35 @@ void append_now(const Observation& o, const scene::Simulation& simulation, Recor
 
 }  // namespace
 
+std::array<std::int64_t, 3> read_node(const io::Table& table, const std::string& key, const Grid& grid) {
+  const std::vector<std::int64_t> at = table.integers(key);
+  bool inside = at.size() == 3;
+  for (std::size_t i = 0; inside && i < 3; ++i) inside = at[i] >= 0 && at[i] < grid.size[i];
+  if (!inside) {
+    table.fail(key, fmt::format("'{}' is no node of the box", key),
+               fmt::format("its nodes are numbered from 0 to {}, {} and {}", grid.size[0] - 1,
+                           grid.size[1] - 1, grid.size[2] - 1),
+               fmt::format("Write for example {} = [0, 0, 0]", key));
+  }
+  return {at[0], at[1], at[2]};
+}
+
+observe::Fields read_fields(const io::Table& t) {
+  observe::Fields fields{.density = true, .velocity = true, .stress = false};
+  if (!t.has("fields")) return fields;
+  fields = {};
+  for (const std::string& field : t.texts("fields")) {
+    if (field == "density") fields.density = true;
+    if (field == "velocity") fields.velocity = true;
+    if (field == "stress") fields.stress = true;
+    if (field != "density" && field != "velocity" && field != "stress") {
+      t.fail("fields", fmt::format("'fields' lists '{}'", field), "a fluid has density, velocity and stress",
+             "List one or more of these");
+    }
+  }
+  return fields;
+}
+
 std::vector<Observation> read_observations(const io::Table& top, const scene::Scene& scene, double period,
                                            std::int64_t steps) {
   std::vector<Observation> all;
@@ -235,11 +241,17 @@ std::vector<Observation> read_observations(const io::Table& top, const scene::Sc
     o.title = kind.title;
     o.series = kind.series;
     o.due = read_due(t, period);
+    o.last_step = steps;
     if (o.series != nullptr) {
       if (o.series(scene).columns.empty()) {
         t.fail("what", fmt::format("'{}' has nothing to look at", o.what), "the scene lacks what it is of",
                "Leave it out");
       }
+    } else if (o.what == "body snapshot") {
+      read_body_snapshot(t, scene, o);
+    } else if (o.what == "fluid snapshot") {
+      need_fluid(t, scene);
+      read_fluid_snapshot(t, scene, o);
     } else if (o.what == "centre line" || o.what == "nodes") {
       read_body_nodes(t, scene, o);
     } else {
@@ -268,6 +280,7 @@ Record empty_record(const Observation& o, const scene::Scene& scene) {
       record.columns.push_back(column);
     }
   };
+  if (o.is_snapshot) return record;
   if (o.series != nullptr) {
     add(o.series(scene).columns, "");
   } else if (o.probes) {
@@ -302,6 +315,15 @@ std::vector<std::string> measures_of(const Observation& o, const scene::Scene& s
 
 void add_observers(const Observation& o, const scene::Scene& scene, std::vector<Record>& records,
                    std::size_t at, std::vector<observe::Observer>& observers) {
+  if (o.is_snapshot) {
+    observers.push_back(
+        {o.due, [&records, at, hand_over = snapshots(o)](const scene::Simulation& simulation) {
+           hand_over(simulation);
+           const auto step = static_cast<double>(simulation.steps());
+           records[at].append({step, step});
+         }});
+    return;
+  }
   if (o.series == nullptr) {
     observers.push_back({o.due, [&records, at, o](const scene::Simulation& simulation) {
                            append_now(o, simulation, records[at]);

@@ -1,0 +1,25 @@
+#include "engine/attachments.hpp"
+
+#include "io/file.hpp"
+
+namespace veriflex::engine {
+
+namespace fs = std::filesystem;
+
+fs::path attachments_folder(const std::string& name, const fs::path& folder) {
+  return folder / (name + ".snapshots");
+}
+
+observe::Attach attach_to(const fs::path& folder) {
+  std::error_code none;
+  std::vector<fs::path> earlier;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
+    const fs::path kind = entry.path().extension();
+    if (kind == ".vtu" || kind == ".vti" || kind == ".pvd") earlier.push_back(entry.path());
+  }
+  for (const fs::path& file : earlier) fs::remove(file, none);
+  fs::remove(folder, none);  // if nothing else is in it
+  return [folder](const std::string& name, std::string_view bytes) { io::write_file(folder / name, bytes); };
+}
+
+}  // namespace veriflex::engine

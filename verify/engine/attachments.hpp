@@ -1,0 +1,17 @@
+/// Files that a run leaves beside its result.
+#pragma once
+
+#include <filesystem>
+
+#include "observe/attach.hpp"
+
+namespace veriflex::engine {
+
+/// `<folder>/<name>.snapshots`, for the result of that name.
+std::filesystem::path attachments_folder(const std::string& name, const std::filesystem::path& folder);
+
+/// Writes files into `folder`, each aside and renamed; what an earlier run has left of their kinds (.vtu,
+/// .vti, .pvd) is removed at once. What it writes throws OutputError where it cannot.
+observe::Attach attach_to(const std::filesystem::path& folder);
+
+}  // namespace veriflex::engine
