@@ -2,26 +2,21 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <spawn.h>
-#include <sys/mman.h>
-#include <sys/wait.h>
+#include <sys/prctl.h>
 #include <unistd.h>
 
-#include <algorithm>
+#include <csignal>
 #include <cstdio>
-#include <cstring>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 
 #include "base/say.hpp"
 #include "base/stop.hpp"
-#include "claims_command.hpp"
-#include "engine/rates.hpp"
-#include "engine/result.hpp"
+#include "choose_cases.hpp"
+#include "estimates.hpp"
 #include "exit_code.hpp"
-#include "io/hdf5.hpp"
+#include "report_command.hpp"
 #include "run_cases.hpp"
 #include "threads.hpp"
 
@@ -35,19 +30,8 @@ using Json = nlohmann::ordered_json;
 using engine::Case;
 using engine::CaseHead;
 
-std::vector<CaseHead> chosen(const Options& options) {
-  std::vector<CaseHead> heads = engine::find_cases(options.case_folder);
-  std::erase_if(heads, [&](const CaseHead& head) {
-    const bool of_tier = options.tier.empty() || head.tier == options.tier || !head.problem.empty();
-    const bool of_topic = options.topic.empty() || std::find(head.topics.begin(), head.topics.end(),
-                                                             options.topic) != head.topics.end();
-    return !of_tier || !of_topic;
-  });
-  return heads;
-}
-
 void list_command(const Options& options) {
-  const std::vector<CaseHead> heads = chosen(options);
+  const std::vector<CaseHead> heads = heads_chosen(options);
   if (options.json) {
     Json all = Json::array();
     for (const CaseHead& head : heads) {
@@ -69,17 +53,10 @@ void list_command(const Options& options) {
   }
 }
 
-// What one run of a case will take, where its work is known before.
-std::optional<double> estimated_seconds(const Case& c, int threads) {
-  if (!c.study.expects || c.study.of_many_runs) return std::nullopt;
-  const std::optional<scene::ExpectedWork> work = c.study.expects();
-  return work ? std::optional(engine::seconds_of(*work, engine::rates(threads))) : std::nullopt;
-}
-
 void plan_command(const Options& options) {
   const int threads = usable_threads(options.threads);
   Json all = Json::array();
-  for (const std::string& name : options.cases) {
+  for (const std::string& name : chosen_cases(options)) {
     const Case c = read_case(engine::case_named(name, options.case_folder), options);
     Json built = Json::array();
     Json left_out = Json::array();
@@ -132,91 +109,11 @@ void plan_command(const Options& options) {
   if (options.json) print_json(all);
 }
 
-// A file in memory, which a child process reads as /dev/fd/<number>.
-class FileInMemory {
- public:
-  explicit FileInMemory(const std::string& text) : file_(memfd_create("ledger", 0)) {
-    std::size_t done = 0;
-    while (file_ >= 0 && done < text.size()) {
-      const ssize_t wrote = write(file_, text.data() + done, text.size() - done);
-      if (wrote <= 0) break;
-      done += static_cast<std::size_t>(wrote);
-    }
-    if (file_ < 0 || done < text.size()) {
-      throw OutputError("memory", "the ledger cannot be handed to the report", "Free some memory");
-    }
-    lseek(file_, 0, SEEK_SET);
-  }
-  ~FileInMemory() { close(file_); }
-  FileInMemory(const FileInMemory&) = delete;
-  FileInMemory& operator=(const FileInMemory&) = delete;
-  std::string path() const { return fmt::format("/dev/fd/{}", file_); }
-
- private:
-  int file_;
-};
-
-// The report is drawn by a script from the result files and the ledger; it inherits standard output.
-int report_command(const std::string& results, const std::string& report) {
-  int code = exit_code::success;
-  std::vector<std::string> words{VERIFLEX_SOURCE_DIR "/scripts/report.py", results};
-  std::optional<FileInMemory> ledger;
-  std::error_code unknown;
-  try {
-    // The script names files and folders that cannot be read.
-    if (fs::is_directory(results, unknown)) ledger.emplace(claims_json({results}));
-    if (ledger) words.insert(words.end(), {"--claims", ledger->path()});
-  } catch (const std::exception&) {
-    // The results are worth a page even when the ledger cannot be read.
-    const engine::Failure why = engine::current_failure();
-    complain("{}. The report goes without the ledger of claims", why.message);
-    code = exit_code::of_error(why.kind);
-  }
-  if (!report.empty()) words.insert(words.end(), {"--out", report});
-  std::vector<char*> arguments;
-  for (std::string& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  std::fflush(stdout);
-  pid_t child = 0;
-  const int failed = posix_spawn(&child, words[0].c_str(), nullptr, nullptr, arguments.data(), environ);
-  if (failed != 0) {
-    throw OutputError(words[0], fmt::format("cannot be run ({})", std::strerror(failed)),
-                      "It needs Debian's python3; scripts/install-deps installs all that is needed");
-  }
-  int status = 0;
-  while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
-  if (!WIFEXITED(status))
-    throw OutputError(words[0], "was killed before the report was complete", "Run it again");
-  // A script that breaks off (a missing Python module) exits with 1, which here would mean a failed check.
-  const int drawn = WEXITSTATUS(status);
-  return exit_code::first_of(code, drawn == exit_code::check_failed ? exit_code::output : drawn);
-}
-
-// How long a case took when its result here was made; nothing where there is none.
-std::optional<double> took(const std::string& path, const Options& options) {
-  try {
-    const io::Hdf5File file(fs::path(options.out) / (fs::path(path).stem().string() + ".h5"));
-    if (file.attribute("/", "outcome") != "completed") return std::nullopt;
-    const std::vector<double> phases = file.numbers("/timing/wall_seconds");
-    return std::accumulate(phases.begin(), phases.end(), 0.0);
-  } catch (const std::exception&) {
-    return std::nullopt;
-  }
-}
-
-// Says what a tier will take: what its cases took last time, or as their plans estimate.
-void announce(const std::vector<std::string>& names, const Options& options) {
+// Says what a tier will take.
+void announce(const std::vector<std::optional<double>>& expected, const Options& options) {
   double seconds = 0.0;
   std::size_t unknown = 0;
-  const int threads = usable_threads(options.threads);
-  for (const std::string& name : names) {
-    std::optional<double> one = took(name, options);
-    if (!one) {
-      try {
-        one = estimated_seconds(read_without_baseline(name, options), threads);
-      } catch (const std::exception&) {  // its own run will say what is wrong with it
-      }
-    }
+  for (const std::optional<double>& one : expected) {
     if (one) {
       seconds += *one;
     } else {
@@ -225,25 +122,28 @@ void announce(const std::vector<std::string>& names, const Options& options) {
   }
   const std::string others =
       unknown == 0 ? "" : fmt::format(", and {} more whose time nothing here tells", unknown);
-  say("tier {}: {} cases take about {:.2g} s{}\n", options.tier, names.size() - unknown, seconds, others);
+  say("tier {}: {} cases take about {:.2g} s{}\n", options.tier, expected.size() - unknown, seconds, others);
   std::fflush(stdout);
 }
 
 int verify_command(const Options& options) {
-  std::vector<std::string> names;
-  for (const CaseHead& head : chosen(options)) names.push_back(head.path.string());
-  if (names.empty()) {
-    throw InputError({options.case_folder}, fmt::format("holds no case of tier '{}'", options.tier),
-                     "nothing to verify", "See veriflex list");
-  }
-  if (!options.json) announce(names, options);
-  const int code = run_cases(names, options, false);
+  const std::vector<std::string> names = chosen_cases(options);
+  const std::vector<std::optional<double>> expected = expected_seconds(names, options);
+  if (!options.json) announce(expected, options);
+  const int code = run_cases(names, options, false, expected);
   if (options.json) return code;  // standard output is the JSON document
   if (stop::asked()) {
     complain("{}: no report is drawn", stop::reason());
     return exit_code::first_of(code, exit_code::numerical);
   }
-  return exit_code::first_of(code, report_command(options.out, options.report));
+  return exit_code::first_of(code, report_command(options.out, options.report, false));
+}
+
+int run_command(const Options& options) {
+  const std::vector<std::string> names = chosen_cases(options);
+  return run_cases(names, options, true,
+                   names.size() > 1 && isatty(STDERR_FILENO) == 1 ? expected_seconds(names, options)
+                                                                  : std::vector<std::optional<double>>{});
 }
 
 void add_run_options(CLI::App& command, Options& options) {
@@ -256,12 +156,32 @@ void add_run_options(CLI::App& command, Options& options) {
                    "target, holds, tolerance, margin, verdict), metrics, warnings, result (the file)");
 }
 
+void add_many_options(CLI::App& command, Options& options) {
+  command
+      .add_option("-j,--jobs", options.jobs,
+                  "cases side by side, which share the threads; those that are timed run alone, after the "
+                  "others")
+      ->check(CLI::Range(1, 1024))
+      ->capture_default_str();
+  command.add_flag("--fail-fast", options.fail_fast,
+                   "start no other case once one has failed or ended in an error");
+}
+
 void add_case_names(CLI::App& command, Options& options) {
-  command.add_option("case", options.cases, "paths of case files, or ids")->required();
+  command.add_option("case", options.cases, "paths of case files, ids, or patterns of ids like 'cost-*'");
+}
+
+void add_settings(CLI::App& command, Options& options) {
   command.add_option("--set", options.overrides, "replace a value of the case, key=value; may be repeated")
       ->take_all()
       ->expected(1)
       ->allow_extra_args(false);
+}
+
+void add_labels(CLI::App& command, Options& options) {
+  command.add_option("--tier", options.tier, "only cases of this tier: quick, full or paper")
+      ->check(CLI::IsMember(engine::tiers()));
+  command.add_option("--topic", options.topic, "only cases with this topic");
 }
 
 void add_case_folder(CLI::App& command, Options& options) {
@@ -274,8 +194,7 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   const auto options = std::make_shared<Options>();
 
   CLI::App* list = app.add_subcommand("list", "the cases there are");
-  list->add_option("--tier", options->tier, "only this tier")->check(CLI::IsMember(engine::tiers()));
-  list->add_option("--topic", options->topic, "only cases with this topic");
+  add_labels(*list, *options);
   list->add_flag("--json", options->json, "print a JSON array");
   add_case_folder(*list, *options);
   list->footer("Example: veriflex list --topic tensile");
@@ -283,6 +202,8 @@ void add_case_commands(CLI::App& app, int& exit_code) {
 
   CLI::App* plan = app.add_subcommand("plan", "what a case will build and leave out, without running it");
   add_case_names(*plan, *options);
+  add_labels(*plan, *options);
+  add_settings(*plan, *options);
   plan->add_flag("--json", options->json, "print a JSON array");
   add_case_folder(*plan, *options);
   plan->footer("Example: veriflex plan tensile-fene-lj --set 'solid.nodes=[8, 8, 40]'");
@@ -290,27 +211,51 @@ void add_case_commands(CLI::App& app, int& exit_code) {
 
   CLI::App* run = app.add_subcommand("run", "run cases, judge them and write a result file each");
   add_case_names(*run, *options);
+  add_labels(*run, *options);
+  add_settings(*run, *options);
   add_run_options(*run, *options);
+  add_many_options(*run, *options);
   add_case_folder(*run, *options);
-  run->footer("Example: veriflex run path/to/mine.toml --set bond.epsilon=2.0 --out results");
-  run->callback([options, &exit_code] { exit_code = run_cases(options->cases, *options, true); });
+  run->footer(
+      "Example: veriflex run path/to/mine.toml --set bond.epsilon=2.0 --out results\n"
+      "         veriflex run 'tensile-*' --tier quick --jobs 4");
+  run->callback([options, &exit_code] { exit_code = run_command(*options); });
+
+  CLI::App* job = app.add_subcommand("job", "one of the cases that run side by side");
+  job->group("");  // not shown: run and verify call it
+  add_case_names(*job, *options);
+  add_settings(*job, *options);
+  add_run_options(*job, *options);
+  job->add_flag("--brief", options->brief, "without tables");
+  job->callback([options, &exit_code] {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);  // it does not outlive the command that asked for it
+    exit_code = run_cases(options->cases, *options, !options->brief);
+  });
 
   CLI::App* verify = app.add_subcommand("verify", "run every case of a tier and write the report");
+  verify->add_option("case", options->cases, "patterns of ids: only cases of the tier that match one");
   verify->add_option("--tier", options->tier, "quick, full or paper")
-      ->default_val("quick")
+      ->default_str("quick")
       ->check(CLI::IsMember(engine::tiers()));
+  verify->add_option("--topic", options->topic, "only cases with this topic");
   add_run_options(*verify, *options);
+  add_many_options(*verify, *options);
   add_case_folder(*verify, *options);
-  verify->footer("Example: veriflex verify --tier quick --out results");
-  verify->callback([options, &exit_code] { exit_code = verify_command(*options); });
+  verify->footer("Example: veriflex verify --tier quick --out results --jobs 4");
+  verify->callback([options, &exit_code] {
+    if (options->tier.empty()) options->tier = "quick";
+    exit_code = verify_command(*options);
+  });
 
   CLI::App* report =
       app.add_subcommand("report", "draw the report from result files and print the table of verdicts");
   report->add_option("results", options->out, "folder of result files")->capture_default_str();
   report->add_option("--out", options->report,
                      "the HTML file to write (default: report.html among the results)");
+  report->add_flag("--json", options->json, "print the verdicts as JSON");
   report->footer("Example: veriflex report results --out report.html");
-  report->callback([options, &exit_code] { exit_code = report_command(options->out, options->report); });
+  report->callback(
+      [options, &exit_code] { exit_code = report_command(options->out, options->report, options->json); });
 }
 
 }  // namespace veriflex

@@ -8,6 +8,7 @@
 
 #include "base/say.hpp"
 #include "base/stop.hpp"
+#include "choose_cases.hpp"
 #include "engine/baseline.hpp"
 #include "engine/validate.hpp"
 #include "exit_code.hpp"
@@ -24,6 +25,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
+using Json = nlohmann::ordered_json;
 using engine::Case;
 using engine::Check;
 using engine::Reference;
@@ -46,7 +48,10 @@ std::string shell_word(const std::string& word) {
   return quoted + "'";
 }
 
-int validate_command(const std::vector<std::string>& names) {
+int validate_command(const std::vector<std::string>& given, bool json) {
+  Options options;
+  options.cases = given;
+  const std::vector<std::string> names = given.empty() ? given : chosen_cases(options);
   std::vector<std::string> problems;
   if (names.empty()) {
     problems =
@@ -66,7 +71,11 @@ int validate_command(const std::vector<std::string>& names) {
     }
   }
   for (const std::string& problem : problems) complain("{}", problem);
-  if (problems.empty()) say("nothing wrong found\n");
+  if (json) {
+    print_json(Json{{"problems", problems}});
+  } else if (problems.empty()) {
+    say("nothing wrong found\n");
+  }
   return problems.empty() ? exit_code::success : exit_code::input;
 }
 
@@ -98,9 +107,53 @@ void print_reference(const Reference& reference) {
   }
 }
 
-void info_command(const std::string& name) {
+Json info_json(const Case& c) {
+  Json assumed = Json::array(), built = Json::array(), left_out = Json::array(), checks = Json::array(),
+       references = Json::array();
+  for (const engine::Assumption& a : c.assumed)
+    assumed.push_back({{"path", a.path}, {"value", a.value}, {"why", a.why}});
+  for (const scene::Built& b : c.study.plan.built) built.push_back({{"module", b.module}, {"what", b.what}});
+  for (const scene::LeftOut& l : c.study.plan.left_out)
+    left_out.push_back({{"module", l.module}, {"why", l.why}});
+  for (const Check& check : c.checks) {
+    checks.push_back(
+        {{"kind", to_string(check.kind)},
+         {"metric", check.measure},
+         {"statement", check.statement},
+         {"target", check.curve ? Json(nullptr) : Json(check.target)},
+         {"target_kind", check.target_kind},
+         {"holds", check.outside ? "outside" : "within"},
+         {"tolerance", check.tolerance.text},
+         {"reason", check.tolerance.reason},
+         {"reference", check.reference ? Json(c.references[*check.reference].id) : Json(nullptr)},
+         {"claims", check.claims}});
+  }
+  for (const Reference& r : c.references) {
+    references.push_back({{"id", r.id}, {"kind", r.kind}, {"source", r.source}, {"obtained", r.obtained}});
+  }
+  return {{"id", c.id},
+          {"title", c.title},
+          {"question", c.question},
+          {"equation", c.equation},
+          {"tier", c.tier},
+          {"driver", c.driver},
+          {"topics", c.topics},
+          {"sources", c.sources},
+          {"assumed", assumed},
+          {"built", built},
+          {"left_out", left_out},
+          {"checks", checks},
+          {"references", references},
+          {"path", fs::absolute(c.path).string()}};
+}
+
+void info_command(const std::string& name, bool json) {
   Case c = read(name);
   engine::compare_with_baseline(c, repository::cases(), repository::references());
+  if (json) {
+    print_json(info_json(c));
+    return;
+  }
   say("{}: {}\n\n{}\n\n  {}\n\n", c.id, c.title, c.question, c.equation);
   say("tier {}, driver {}, topics {}\n", c.tier, c.driver, fmt::join(c.topics, ", "));
   say("sources\n");
@@ -115,6 +168,15 @@ void info_command(const std::string& name) {
   if (!c.references.empty()) say("references\n");
   for (const Reference& reference : c.references) print_reference(reference);
   say("run it\n  veriflex run {}\n", shell_word(c.path.string()));
+}
+
+Json changes_json(const std::vector<engine::Change>& changes) {
+  Json all = Json::array();
+  const auto value = [](const std::optional<double>& of) { return of ? Json(*of) : Json(nullptr); };
+  for (const engine::Change& one : changes) {
+    all.push_back({{"metric", one.metric}, {"earlier", value(one.earlier)}, {"now", value(one.now)}});
+  }
+  return all;
 }
 
 void print_changes(const std::vector<engine::Change>& changes) {
@@ -160,7 +222,7 @@ std::optional<Reference> earlier_baseline(const fs::path& path, bool replace) {
   return earlier;
 }
 
-int accept_command(const std::string& name, const std::string& reason, bool replace) {
+int accept_command(const std::string& name, const std::string& reason, bool replace, bool json) {
   const Case c = read(name);
   const fs::path path = engine::baseline_path(c, repository::cases(), repository::references());
   const std::optional<Reference> earlier = earlier_baseline(path, replace);
@@ -176,19 +238,28 @@ int accept_command(const std::string& name, const std::string& reason, bool repl
              shell_word(c.path.string()));
     return is_error ? exit_code::of_error(result.error_kind) : exit_code::check_failed;
   }
+  Json told{{"baseline", path.string()}, {"changes", nullptr}, {"written", false}};
+  const auto end = [&] {
+    if (json) print_json(told);
+    return exit_code::success;
+  };
   if (earlier) {
     const std::vector<engine::Change> found = engine::changes(*earlier, result.seen);
-    say("earlier baseline: {}, revision {}\n", earlier->origin->date, earlier->origin->revision);
-    print_changes(found);
+    told["changes"] = changes_json(found);
+    if (!json) {
+      say("earlier baseline: {}, revision {}\n", earlier->origin->date, earlier->origin->revision);
+      print_changes(found);
+    }
     if (!engine::differ(found) && !replace) {
-      say("the baseline says so already; --replace renews its reason and provenance\n{}\n", path.string());
-      return exit_code::success;
+      if (!json)
+        say("the baseline says so already; --replace renews its reason and provenance\n{}\n", path.string());
+      return end();
     }
     if (!replace) {
       throw InputError({path.string()}, "holds other values", "a baseline is not overwritten unasked",
                        "Give --replace if the change is wanted");
     }
-  } else {
+  } else if (!json) {
     say("no earlier baseline\n");
   }
   const bool of_repository = path.parent_path() == repository::references();
@@ -196,8 +267,9 @@ int accept_command(const std::string& name, const std::string& reason, bool repl
       fmt::format("veriflex accept {} --reason {}{}", shell_word(of_repository ? c.id : c.path.string()),
                   shell_word(reason), replace ? " --replace" : "");
   io::write_file(path, engine::baseline_text(result, path, reason, command, earlier));
-  say("{}\n", path.string());
-  return exit_code::success;
+  told["written"] = true;
+  if (!json) say("{}\n", path.string());
+  return end();
 }
 
 }  // namespace
@@ -206,20 +278,23 @@ void add_contract_commands(CLI::App& app, int& exit_code) {
   struct Words {
     std::string name, reason;
     std::vector<std::string> names;
-    bool replace = false;
+    bool replace = false, json = false;
   };
   const auto options = std::make_shared<Words>();
 
   CLI::App* info = app.add_subcommand("info", "one case in full: question, plan, checks, references");
   info->add_option("case", options->name, "path of a case file, or id")->required();
   info->footer("Example: veriflex info derive-fene-lj");
-  info->callback([options] { info_command(options->name); });
+  info->add_flag("--json", options->json, "print one JSON object");
+  info->callback([options] { info_command(options->name, options->json); });
 
   CLI::App* validate =
       app.add_subcommand("validate", "check cases, references and ledger without running anything");
-  validate->add_option("case", options->names, "paths of case files, or ids (default: the whole repository)");
+  validate->add_option("case", options->names,
+                       "paths of case files, ids, or patterns of ids (default: the whole repository)");
   validate->footer("Example: veriflex validate path/to/mine.toml");
-  validate->callback([options, &exit_code] { exit_code = validate_command(options->names); });
+  validate->add_flag("--json", options->json, "print the problems as JSON, too");
+  validate->callback([options, &exit_code] { exit_code = validate_command(options->names, options->json); });
 
   CLI::App* accept =
       app.add_subcommand("accept", "run a case and keep its metrics as the baseline of later runs");
@@ -230,9 +305,10 @@ void add_contract_commands(CLI::App& app, int& exit_code) {
         return text.find_first_not_of(" \t\n") == std::string::npos ? std::string("is empty") : std::string();
       });
   accept->add_flag("--replace", options->replace, "replace a baseline that holds other values");
+  accept->add_flag("--json", options->json, "print the changes as JSON");
   accept->footer("Example: veriflex accept tensile-fene-lj --reason 'solver tolerance tightened'");
   accept->callback([options, &exit_code] {
-    exit_code = accept_command(options->name, options->reason, options->replace);
+    exit_code = accept_command(options->name, options->reason, options->replace, options->json);
   });
 }
 

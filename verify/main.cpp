@@ -17,12 +17,15 @@
 #include "case_commands.hpp"
 #include "claims_command.hpp"
 #include "contract_commands.hpp"
+#include "describe_command.hpp"
 #include "engine/renamed.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
 #include "law_commands.hpp"
 #include "revision.hpp"
+#include "show_command.hpp"
 #include "study_commands.hpp"
+#include "units_command.hpp"
 
 namespace exit_code = veriflex::exit_code;
 
@@ -80,8 +83,12 @@ int run(int argc, char** argv) {
   veriflex::add_advise_command(app, code);
   veriflex::add_claims_command(app, code);
   veriflex::add_contract_commands(app, code);
+  veriflex::add_units_command(app);
+  veriflex::add_show_command(app);
+  veriflex::add_new_command(app);
   veriflex::add_derive_command(app);
   veriflex::add_calibrate_command(app);
+  veriflex::add_describing_commands(app);
   try {
     app.parse(argc, argv);
     return code;

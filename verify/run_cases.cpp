@@ -11,11 +11,14 @@
 
 #include "base/say.hpp"
 #include "base/stop.hpp"
+#include "engine/attachments.hpp"
 #include "engine/baseline.hpp"
 #include "engine/result.hpp"
+#include "engine/total_progress.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
 #include "print_study.hpp"
+#include "run_jobs.hpp"
 #include "studies/studies.hpp"
 #include "threads.hpp"
 
@@ -194,7 +197,7 @@ class Runs {
       if (is_file) store(result);
       return result;
     }
-    result = engine::run_case(*c, threads_, options_.is_row ? options_.repeats : 0);
+    result = run(*c);
     store(result);
     return result;
   }
@@ -203,6 +206,13 @@ class Runs {
   const std::string& stored() const { return stored_; }
 
  private:
+  // A row of a study is there for its numbers: of its snapshots there would be as many as rows.
+  Result run(const Case& c) const {
+    if (options_.is_row) return engine::run_case(c, threads_, options_.repeats);
+    const observe::Attaching attaching(engine::attach_to(engine::attachments_folder(c.name(), options_.out)));
+    return engine::run_case(c, threads_);
+  }
+
   Result not_run(const Asked& asked, const engine::Failure& failure) const {
     return engine::not_run(asked.path.empty() ? fs::path(asked.name) : asked.path, options_.overrides,
                            failure, threads_);
@@ -247,27 +257,64 @@ Case read_case(const fs::path& path, const Options& options) {
   return c;
 }
 
-int run_cases(const std::vector<std::string>& names, const Options& options, bool with_tables) {
+int run_cases(const std::vector<std::string>& names, const Options& options, bool with_tables,
+              std::vector<std::optional<double>> expected) {
   const std::vector<Asked> cases = asked_for(names, options);
+  expected.resize(cases.size());
+  const int side_by_side = std::min(options.jobs, static_cast<int>(cases.size()));
+  engine::TotalProgress progress(std::move(expected), side_by_side);
   int code = exit_code::success;
   Json all = Json::array();
+  for (std::size_t i = 0; i < cases.size(); ++i) all.push_back(nullptr);
   Runs runs(options);
   const stop::Handlers handlers;
-  for (const Asked& asked : cases) {
-    const Result result = runs.run(asked);
+  const auto run_here = [&](std::size_t i) {
+    progress.show(fs::path(cases[i].name).stem().string());
+    const Result result = runs.run(cases[i]);
+    progress.clear();
+    progress.done(i, result.cost.wall_seconds());
     code = exit_code::first_of(code, exit_code_of(result));
     if (result.verdict == Verdict::error) {
       const bool has_place = result.error_kind == "input" || result.error_kind == "output";
       complain("{}{}", has_place ? "" : result.c.path.string() + ": ", result.error_message);
     }
     if (options.json) {
-      all.push_back(result_json(result, runs.stored()));
-    } else {
-      print_result(result, runs.stored(), with_tables);
-      if (options.shards > 1)
-        say("        shard {} of {}: rows in {}\n", options.shard + 1, options.shards, options.out);
-      std::fflush(stdout);
+      all[i] = result_json(result, runs.stored());
+      return;
     }
+    print_result(result, runs.stored(), with_tables);
+    if (options.shards > 1)
+      say("        shard {} of {}: rows in {}\n", options.shard + 1, options.shards, options.out);
+    std::fflush(stdout);
+  };
+  std::vector<std::size_t> here;  // to be run by this program, one after another
+  const auto is_over = [&] { return options.fail_fast && code != exit_code::success; };
+  if (side_by_side > 1) {
+    Options shared = options;
+    shared.threads = usable_threads(options.threads);
+    std::vector<Job> jobs;
+    for (std::size_t i = 0; i < cases.size(); ++i) {
+      if (cases[i].path.empty()) {
+        here.push_back(i);
+      } else {
+        jobs.push_back({i, cases[i].path});
+      }
+    }
+    for (const std::size_t left : run_side_by_side(jobs, shared, with_tables, progress, all, code))
+      here.push_back(left);
+    std::sort(here.begin(), here.end());
+  } else {
+    for (std::size_t i = 0; i < cases.size(); ++i) here.push_back(i);
+  }
+  std::size_t next = 0;
+  while (next < here.size() && !is_over()) run_here(here[next++]);
+  if (next < here.size()) {
+    complain("{} of {} cases were not run: --fail-fast", here.size() - next, cases.size());
+    Json some = Json::array();
+    for (const Json& one : all) {
+      if (!one.is_null()) some.push_back(one);
+    }
+    all.swap(some);
   }
   if (options.json) print_json(all);
   return code;

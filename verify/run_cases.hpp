@@ -3,6 +3,7 @@
 
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,9 @@ struct Options {
   std::string report;
   int threads = 0;
   bool json = false;
+  bool brief = false;         // without tables
+  bool fail_fast = false;     // after a failure no other case is started
+  int jobs = 1;               // cases side by side
   bool fresh = false;         // rows of studies that are kept are run again
   bool with_checks = true;    // else nothing is judged, as where a study was put over a case by a command
   bool is_row = false;        // of a study: the one run that the case describes
@@ -36,9 +40,12 @@ engine::Case read_without_baseline(const std::filesystem::path& path, const Opti
 /// The same with the checks against its baseline.
 engine::Case read_case(const std::filesystem::path& path, const Options& options);
 
-/// Runs the named cases one after another, and stores and prints each result. Returns the exit code: the
-/// first of 4, 2, 3, 1 that occurred. Throws InputError when two of them would write the same result.
-int run_cases(const std::vector<std::string>& names, const Options& options, bool with_tables);
+/// Runs the named cases, one after another or options.jobs side by side, and stores and prints each result:
+/// side by side in the order in which they end. `expected`: how long each will take, for the progress line;
+/// empty: not known. Returns the exit code: the first of 4, 2, 3, 1 that occurred. Throws InputError when two
+/// of them would write the same result.
+int run_cases(const std::vector<std::string>& names, const Options& options, bool with_tables,
+              std::vector<std::optional<double>> expected = {});
 
 /// Prints JSON; bytes that are no UTF-8, as file names may hold, are replaced.
 void print_json(const nlohmann::ordered_json& json);

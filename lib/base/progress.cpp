@@ -7,9 +7,21 @@
 #include <cstdio>
 #include <utility>
 
+#include "base/progress_lead.hpp"
 #include "base/say.hpp"
 
 namespace veriflex {
+
+namespace {
+
+std::string& lead() {
+  static std::string words;
+  return words;
+}
+
+}  // namespace
+
+void lead_progress_with(const std::string& words) { lead() = words; }
 
 Progress::Progress(std::string label)
     : label_(std::move(label)),
@@ -40,7 +52,7 @@ void Progress::show(const std::string& phase, std::size_t done, std::size_t tota
     const auto whole = static_cast<long>(std::min(rest, 3.6e8));  // ten thousand hours are as good as any
     left = fmt::format("{}:{:02}", whole / 60, whole % 60);
   }
-  say_to(stderr, "\r\033[K{}: {} {}/{}, {} left", label_, phase, done, total, left);
+  say_to(stderr, "\r\033[K{}{}: {} {}/{}, {} left", lead(), label_, phase, done, total, left);
   std::fflush(stderr);
 }
 

@@ -1,13 +1,9 @@
 #include "studies/rows.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <poll.h>
-#include <spawn.h>
-#include <sys/syscall.h>
 #include <sys/wait.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cstring>
@@ -17,6 +13,7 @@
 
 #include "base/error.hpp"
 #include "base/stop.hpp"
+#include "engine/child.hpp"
 #include "engine/result.hpp"
 #include "io/hdf5.hpp"
 
@@ -105,65 +102,15 @@ std::optional<Row> kept_row(const Base& base, const Settings& settings, int repe
   }
 }
 
-// A program that makes one row.
-class Child {
- public:
-  Child(const Base& base, const Settings& settings, const Workspace& workspace, const fs::path& folder,
-        int threads, int repeats) {
-    std::vector<std::string> words{workspace.program.string(),
-                                   "row",
-                                   base.path.string(),
-                                   "--out",
-                                   folder.string(),
-                                   "--threads",
-                                   std::to_string(threads),
-                                   "--repeats",
-                                   std::to_string(repeats)};
-    for (const std::string& one : all_settings(base, settings)) words.insert(words.end(), {"--set", one});
-    std::vector<char*> arguments;
-    for (std::string& word : words) arguments.push_back(word.data());
-    arguments.push_back(nullptr);
-    posix_spawn_file_actions_t silent;
-    posix_spawn_file_actions_init(&silent);
-    // What it has to say stands in its result.
-    posix_spawn_file_actions_addopen(&silent, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-    posix_spawn_file_actions_addopen(&silent, STDERR_FILENO, "/dev/null", O_WRONLY, 0);
-    const int failed = posix_spawn(&pid_, words[0].c_str(), &silent, nullptr, arguments.data(), environ);
-    posix_spawn_file_actions_destroy(&silent);
-    if (failed == 0)
-      handle_ = static_cast<int>(syscall(SYS_pidfd_open, pid_, 0));  // glibc 2.36 declares it for C alone
-    if (failed != 0 || handle_ < 0) {
-      throw OutputError(words[0],
-                        fmt::format("cannot be run as a row of a study ({})", std::strerror(failed)),
-                        "Let the system have more processes");
-    }
-  }
-  ~Child() {
-    if (!ended_) {
-      kill(pid_, SIGKILL);
-      wait();
-    }
-    close(handle_);
-  }
-  Child(const Child&) = delete;
-  Child& operator=(const Child&) = delete;
-
-  int handle() const { return handle_; }
-  void ask_to_stop() const { kill(pid_, SIGTERM); }
-
-  // As waitpid() gives it.
-  int wait() {
-    int status = 0;
-    while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) continue;
-    ended_ = true;
-    return status;
-  }
-
- private:
-  pid_t pid_ = 0;
-  int handle_ = -1;
-  bool ended_ = false;
-};
+// The program that makes one row. What it has to say stands in its result.
+std::vector<std::string> row_command(const Base& base, const Settings& settings, const Workspace& workspace,
+                                     const fs::path& folder, int threads, int repeats) {
+  std::vector<std::string> words{
+      workspace.program.string(), "row",       base.path.string(),     "--out", folder.string(), "--threads",
+      std::to_string(threads),    "--repeats", std::to_string(repeats)};
+  for (const std::string& one : all_settings(base, settings)) words.insert(words.end(), {"--set", one});
+  return words;
+}
 
 class Runner {
  public:
@@ -193,7 +140,9 @@ class Runner {
     auto next = todo.begin();
     while (next != todo.end() || !running_.empty()) {
       while (next != todo.end() && !stop::asked() && running_.size() < static_cast<std::size_t>(at_once_)) {
-        running_.try_emplace(*next, base_, settings_[*next], workspace_, folder_, threads_, repeats_);
+        running_.try_emplace(*next,
+                             row_command(base_, settings_[*next], workspace_, folder_, threads_, repeats_),
+                             engine::Streams{}, "Let the system have more processes");
         ++next;
       }
       if (running_.empty()) break;
@@ -254,7 +203,7 @@ class Runner {
   const Workspace& workspace_;
   fs::path folder_;
   int at_once_, threads_, repeats_;
-  std::map<std::size_t, Child> running_;
+  std::map<std::size_t, engine::Child> running_;
   bool asked_to_stop_ = false;
   std::vector<Row> rows_;
 };
