@@ -87,7 +87,7 @@ Series momentum(const scene::Scene& scene) {
                        (scene.fluid && !scene.fluid->obstacle.empty());
   if (bounded) {
     add_vector(series.columns, "walls", dimension,
-               "impulse of walls and obstacle on the fluid since the start");
+               "impulse of walls, openings and obstacle on the fluid since the start");
   }
   // What entered the fluid since the start from elsewhere than walls, and its momentum then.
   struct Balance {
@@ -147,6 +147,8 @@ Series forces(const scene::Scene& scene) {
     add_vector(series.columns, body.name + "_support", force, "of what holds or drives it");
     supported = true;
   }
+  const bool obstacle = scene.fluid && !scene.fluid->obstacle.empty();
+  if (obstacle) add_vector(series.columns, "obstacle_fluid", force, "of the fluid on its obstacle");
   // Momentum of each body before the last step and after it.
   struct Moments {
     std::vector<Vec3> before, now;
@@ -160,7 +162,7 @@ Series forces(const scene::Scene& scene) {
         moments->now.push_back(simulation.body(i).momentum());
     };
   }
-  series.row = [moments, is_supported](const Simulation& simulation) {
+  series.row = [moments, is_supported, obstacle](const Simulation& simulation) {
     std::vector<double> row;
     for (std::size_t i = 0; i < simulation.body_count(); ++i) {
       const MovingBody& body = simulation.body(i);
@@ -175,6 +177,7 @@ Series forces(const scene::Scene& scene) {
         support -= body.solid().conditions().load.colwise().sum().transpose();
       add(row, support);
     }
+    if (obstacle) add(row, fluid::force_on_obstacle(simulation.fluid()));
     return row;
   };
   return series;
