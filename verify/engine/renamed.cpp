@@ -50,6 +50,15 @@ constexpr std::array now_axes{
     NowAxis{"channel.resolutions", "channel.nodes"},
     NowAxis{"channel.relaxation_times", "fluid.relaxation_time"},
     NowAxis{"channel.storages", "fluid.storage"},
+    NowAxis{"tensile.sections", "solid.nodes.0"},
+    NowAxis{"beam.lengths", "beam.length"},
+    NowAxis{"elastica.lengths", "elastica.length"},
+    NowAxis{"buckling.lengths", "buckling.length"},
+    NowAxis{"torsion.sides", "torsion.side"},
+    NowAxis{"torsion.sections", "torsion.side"},
+    NowAxis{"shear.widths", "solid.nodes.0"},
+    NowAxis{"dispersion.modes", "dispersion.mode"},
+    NowAxis{"integrator.steps", "integrator.steps"},
 };
 
 // Values that are names too.
@@ -134,6 +143,7 @@ std::vector<InputError> old_names(const io::Table& top) {
     }
     for (const NowAxis& one : now_axes) {
       if (one.path != entry.path) continue;
+      if (one.path == one.axis && !top.shown(entry.path)->starts_with('[')) continue;  // one value
       errors.emplace_back(entry.place, fmt::format("'{}' is now an axis of a sweep", one.path),
                           "a case measures one run, and its study makes many",
                           fmt::format("Write [sweep] axes = [{{ key = \"{}\", values = [...] }}]", one.axis));
