@@ -9,7 +9,7 @@ namespace veriflex::measures {
 
 namespace immersed {
 
-fluid::Spec read_fluid(const io::Table& top, bool varies_relaxation_time) {
+fluid::Spec read_fluid(const io::Table& top) {
   const io::Table table = top.table("fluid");
   for (const char* key : {"body_force", "force_scheme", "walls_x", "walls_y", "walls_z", "obstacle"}) {
     if (table.has(key)) {
@@ -17,8 +17,7 @@ fluid::Spec read_fluid(const io::Table& top, bool varies_relaxation_time) {
                  "Leave it out");
     }
   }
-  return engine::read_fluid(
-      top, varies_relaxation_time ? engine::Varied::NodesAndRelaxationTime : engine::Varied::Nodes);
+  return engine::read_fluid(top, engine::Varied::Nodes);
 }
 
 scene::Forcing read_forcing(const io::Table& top) {

@@ -12,7 +12,7 @@
 namespace veriflex::measures::immersed {
 
 /// [fluid] of a flow that lays its own periodic box and force.
-fluid::Spec read_fluid(const io::Table& top, bool varies_relaxation_time);
+fluid::Spec read_fluid(const io::Table& top);
 
 /// [coupling] of markers whose motion is given.
 scene::Forcing read_forcing(const io::Table& top);

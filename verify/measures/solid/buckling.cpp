@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -223,9 +224,7 @@ engine::Study read_buckling(const io::Table& top) {
                     .method = "root of the lowest eigenvalue of the compressed column's Hessian (Spectra)",
                     .by = {parts::Kind::Hessian}}),
           .declares = declared(),
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 #include <numeric>
 
 #include "analytic/exact_solid.hpp"
@@ -195,9 +196,7 @@ engine::Study read_elastica(const io::Table& top) {
                     .method = "Newton's method, load by load; first sections clamped, last one loaded",
                     .by = {parts::Kind::Statics}}),
           .declares = declared(study),
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 
 #include "bond/derive.hpp"
 #include "engine/read_scene.hpp"
@@ -95,9 +96,7 @@ engine::Study read_shear(const io::Table& top) {
                                       .method = "linear response by sparse Cholesky; both end sections fixed",
                                       .by = {parts::Kind::Statics}}),
       .declares = declared(),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+      .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

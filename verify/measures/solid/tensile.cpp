@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -247,9 +248,7 @@ engine::Study read_tensile(const io::Table& top) {
                     study.lateral_held ? "fixed (exact: C12 = 0)" : "free"),
                 .by = {parts::Kind::Statics}}),
       .declares = declared(study),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+      .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

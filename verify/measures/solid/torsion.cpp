@@ -3,6 +3,7 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <optional>
 
@@ -197,11 +198,7 @@ engine::Study read_torsion(const io::Table& top) {
   } catch (const BadParameter& bad) {
     t.fail("side", bad.problem, bad.why, "Use a thinner bar, or a smaller slenderness");
   }
-  return {.plan = plan,
-          .declares = declared(study),
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+  return {.plan = plan, .declares = declared(study), .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures
