@@ -226,8 +226,9 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
 }  // namespace
 
 engine::Study read_crossflow(const io::Table& top) {
-  const bond::AnyLaw law = engine::read_law(top);
-  const scene::SolidSpec solid = engine::read_solid(top, law, engine::read_derivation(top, law).rest_length);
+  const solid::Material material = read_material_with_angles(top);
+  const scene::SolidSpec solid =
+      engine::read_solid(top, material.law, engine::read_derivation(top, material.law).rest_length);
   const auto* rod = std::get_if<solid::Rod>(&solid.shape);
   if (rod == nullptr) {
     top.table("solid").fail("shape", "the body is not a rod", "the stream meets a round section",
@@ -235,7 +236,7 @@ engine::Study read_crossflow(const io::Table& top) {
   }
   const io::Table t = top.table("crossflow");
   const Crossflow study{.fluid = engine::read_fluid(top),
-                        .material = {law, solid.angle_stiffness},
+                        .material = material,
                         .rod = *rod,
                         .coupling = engine::read_coupling(top),
                         .node_mass = t.number("node_mass"),
@@ -245,10 +246,6 @@ engine::Study read_crossflow(const io::Table& top) {
                         .steady_change = t.number("steady_change"),
                         .step_limit = t.integer("step_limit", between_looks, 1'000'000'000),
                         .monitor = engine::read_monitor(top)};
-  if (!(solid.angle_stiffness > 0.0)) {
-    top.table("bond").fail("law", "a rod of bonds alone", "without angles it has no shear stiffness",
-                           "Add [angle] stiffness");
-  }
   engine::need_positive(t, "node_mass", study.node_mass, "1 is the paper's");
   if (!(study.steady_change >= 1e-14)) {
     t.fail("steady_change", fmt::format("'steady_change' is {}", study.steady_change),
@@ -264,7 +261,7 @@ engine::Study read_crossflow(const io::Table& top) {
                             "the rod lies along y and bends towards z", "Give for example [0.0, 0.0, 1e-8]");
   }
   scene::Plan plan = engine::read_plan(
-      top, {.law = law,
+      top, {.law = material.law,
             .solid = solid,
             .method = fmt::format("leap-frog, {} sub-steps, first sections clamped", study.substeps),
             .by = {parts::Kind::LeapFrog, parts::Kind::Constraints},

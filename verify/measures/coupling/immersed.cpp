@@ -20,7 +20,7 @@ fluid::Spec read_fluid(const io::Table& top) {
   return engine::read_fluid(top, engine::Varied::Nodes);
 }
 
-scene::Forcing read_forcing(const io::Table& top) {
+scene::Forcing read_forcing(const io::Table& top, Volume volume) {
   const scene::CouplingSpec spec = engine::read_coupling(top);
   if (top.has("coupling")) {
     const io::Table table = top.table("coupling");
@@ -29,6 +29,10 @@ scene::Forcing read_forcing(const io::Table& top) {
         table.fail(key, fmt::format("'{}' is set", key), "the motion of these markers is given",
                    "Leave it out");
       }
+    }
+    if (volume == Volume::OfSurface && table.has("marker_volume")) {
+      table.fail("marker_volume", "'marker_volume' is set",
+                 "a marker stands for its share of the surface times h", "Leave it out");
     }
   }
   return {spec.delta, spec.marker_volume, spec.forcing_iterations};

@@ -290,7 +290,7 @@ engine::Study read_array(const io::Table& top) {
   const io::Table t = top.table("immersed");
   const Array study{
       .fluid = read_fluid(top),
-      .forcing = read_forcing(top),
+      .forcing = read_forcing(top, Volume::OfSurface),
       .shape = t.choice("body", {"sphere", "cylinder"}) == "sphere" ? Shape::Sphere : Shape::Cylinder,
       .radius = read_positive(t, "radius", 3.0),
       .marker_spacing = read_positive(t, "marker_spacing", 1.0),
@@ -299,11 +299,6 @@ engine::Study read_array(const io::Table& top) {
       .velocity = read_positive(t, "velocity", 1e-4),
       .steady_change = read_positive(t, "steady_change", 1e-5),
       .monitor = engine::read_monitor(top)};
-  if (top.has("coupling") && top.table("coupling").has("marker_volume")) {
-    top.table("coupling")
-        .fail("marker_volume", "'marker_volume' is set",
-              "a marker stands for its share of the surface times h", "Set immersed.marker_spacing");
-  }
   const auto first_cell = static_cast<double>(study.first_cell);
   const double dilute = solid_fraction(study.shape, study.radius, first_cell);
   if (!(dilute < series_end(study.shape))) {

@@ -185,17 +185,12 @@ void run(const Plate& study, Observations& seen, engine::Cost& cost) {
 engine::Study read_plate(const io::Table& top) {
   const io::Table t = top.table("immersed");
   const Plate study{.fluid = read_fluid(top),
-                    .forcing = read_forcing(top),
+                    .forcing = read_forcing(top, Volume::OfSurface),
                     .nodes = t.integer("nodes", 8, 4096),
                     .period = t.integer("period", 8, 100'000'000),
                     .periods = t.integer("periods", 1, 10000),
                     .velocity = read_positive(t, "velocity", 0.01),
                     .monitor = engine::read_monitor(top)};
-  if (top.has("coupling") && top.table("coupling").has("marker_volume")) {
-    top.table("coupling")
-        .fail("marker_volume", "'marker_volume' is set", "a marker stands for its share of the plate times h",
-              "Leave it out");
-  }
   engine::whole_steps(static_cast<double>(study.periods) * static_cast<double>(study.period), 1.0,
                       "the plate takes", t.place("periods"));
   return {.plan = engine::read_plan(top, {.fluid = box(study),

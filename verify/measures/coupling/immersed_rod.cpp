@@ -299,7 +299,7 @@ void run(const Rod& study, Observations& seen, Progress& progress) {
 engine::Study read_rod(const io::Table& top) {
   const io::Table t = top.table("immersed");
   const Rod study{.fluid = read_fluid(top),
-                  .forcing = read_forcing(top),
+                  .forcing = read_forcing(top, Volume::Given),
                   .radius = read_positive(t, "radius", 2.5),
                   .boxes = read_rising(t, "boxes", 8, 4096),
                   .periods = t.integers("oscillation_periods"),
