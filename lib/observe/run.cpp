@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/reduce.hpp"
 #include "observe/interrupted.hpp"
 #include "scene/contact.hpp"
 
@@ -78,7 +79,9 @@ void Run::observe(bool at_end) {
 void Run::check_now() {
   const std::int64_t step = simulation_.steps();
   if (simulation_.has_fluid()) {
-    good_ = last_good(step, check(simulation_.fluid(), spec_));
+    const fluid::Extremes seen = check(simulation_.fluid(), spec_);
+    max_mach_ = worse(max_mach_, seen.max_speed / std::sqrt(fluid::sound_speed_squared));
+    good_ = last_good(step, seen);
   } else {
     good_ = {last_good_step(step)};
   }

@@ -42,6 +42,9 @@ class Run {
   /// After the last step: what was not checked yet is.
   void finish();
 
+  /// Largest Mach number that its checks saw; 0 without a fluid.
+  double max_mach() const { return max_mach_; }
+
   /// Ends the run for a reason of the caller's own, with the last good state.
   [[noreturn]] void interrupt(const NumericalFailure& why) const;
 
@@ -59,6 +62,7 @@ class Run {
   Progress& progress_;
   std::int64_t ended_ = -1;  // step after which all were called
   std::int64_t checked_ = -1;
+  double max_mach_ = 0.0;
   std::vector<Metric> good_;
   std::vector<Positions> good_nodes_;                     // of each body
   std::vector<BodyCheck> body_checks_;                    // none without limits
