@@ -15,7 +15,9 @@
 #include "engine/result.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
+#include "junit.hpp"
 #include "print_study.hpp"
+#include "results_json.hpp"
 #include "studies/studies.hpp"
 #include "threads.hpp"
 
@@ -255,6 +257,17 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
   const stop::Handlers handlers;
   for (const Asked& asked : cases) {
     const Result result = runs.run(asked);
+int attempted(const std::function<void()>& work) {
+  try {
+    work();
+    return exit_code::success;
+  } catch (...) {
+    const engine::Failure why = engine::current_failure();
+    complain("{}", why.message);
+    return exit_code::of_error(why.kind);
+  }
+}
+
     code = exit_code::first_of(code, exit_code_of(result));
     if (result.verdict == Verdict::error) {
       const bool has_place = result.error_kind == "input" || result.error_kind == "output";
@@ -271,6 +284,14 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
   }
   if (options.json) print_json(all);
   return code;
+  std::vector<JunitCase> junit;
 }
 
 }  // namespace veriflex
+    junit.push_back(junit_case(result));
+  if (!options.junit.empty()) {
+    code = exit_code::first_of(code, attempted([&] { write_junit(options.junit, junit); }));
+  }
+  if (cases.size() > 1) {
+    code = exit_code::first_of(code, attempted([&] { write_results_json(options.out, options.out); }));
+  }
