@@ -298,6 +298,8 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   add_case_names(*run, *options);
   add_run_options(*run, *options);
   add_case_folder(*run, *options);
+  run->add_flag("--resume", options->resume,
+                "go on from the checkpoint in --out that an earlier run has left, see run.checkpoint");
   run->footer("Example: veriflex run path/to/mine.toml --set bond.epsilon=2.0 --out results");
   run->callback([options, &exit_code] { exit_code = run_cases(options->cases, *options, true); });
 
