@@ -156,11 +156,12 @@ std::string refusal(const fs::path& path, const engine::Case& c) {
 }  // namespace
 
 TEST_CASE("A scene that is put back from a checkpoint goes on bit by bit, with all its records") {
-  const std::string text = GENERATE(
+  const std::vector<std::string> texts{
       rod_in_channel, replaced(rod_in_channel, "relaxation_time = 0.8", "relaxation_time = 1.0"),
       replaced(rod_in_channel, "relaxation_time = 0.8", "relaxation_time = 0.8\nstorage = \"float\""),
       replaced(rod_in_channel, "substeps = \"auto\"", "substeps = 2\nmax_substeps = 16"),
-      replaced(rod_in_channel, "walls_x = {}\n", ""));
+      replaced(rod_in_channel, "walls_x = {}\n", "")};
+  const std::string& text = texts[static_cast<std::size_t>(GENERATE(0, 1, 2, 3, 4))];
   const int before = GENERATE(1, 29, 89);
   CAPTURE(text, before);
   Live whole(text);
@@ -233,8 +234,7 @@ TEST_CASE("A checkpoint of another run is refused, and the message says what is 
   CHECK_THAT(refusal(path, c), ContainsSubstring("the case file has changed since, from line 3 on"));
   c = a_case();
   c.overrides = {"run.steps=5"};
-  CHECK_THAT(refusal(path, c),
-             ContainsSubstring("it was changed by --set nothing, this run by --set run.steps=5"));
+  CHECK_THAT(refusal(path, c), ContainsSubstring("it was changed by --set nothing, this run by run.steps=5"));
 
   io::Hdf5Image image;
   image.attribute("/", "schema", std::int64_t{1});
@@ -270,7 +270,7 @@ TEST_CASE("A run that is asked to stop leaves a checkpoint and says how it goes 
   const auto step = io::Hdf5File(checkpoint, io::checkpoint_seal).integer("/", "step");
 
   const Ran further = folder.shell(
-      "\"$V\" run endless.toml --out out --threads 1 --resume & P=$!; sleep 1; kill -INT $P; wait $P");
+      "\"$V\" run endless.toml --out out --threads 1 --resume & P=$!; sleep 1; kill -HUP $P; wait $P");
   CHECK(further.code == 3);
   CHECK(io::Hdf5File(checkpoint, io::checkpoint_seal).integer("/", "step") > step);
 
