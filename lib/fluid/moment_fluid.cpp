@@ -166,15 +166,12 @@ class MomentFluid final : public Fluid {
   }
 
   Totals totals() const override {
-    return totals_of(
-        spec_.grid, steps_, [this](std::int64_t node) { return moments(node); },
-        [this](std::int64_t node) { return inside(node); });
+    return totals_of(spec_.grid, steps_, moments_of_rows(),
+                     [this](std::int64_t node) { return inside(node); });
   }
 
   Extremes extremes() const override {
-    return extremes_of(
-        spec_.grid, [this](std::int64_t node) { return moments(node); },
-        [this](std::int64_t node) { return inside(node); });
+    return extremes_of(spec_.grid, moments_of_rows(), [this](std::int64_t node) { return inside(node); });
   }
 
  private:
@@ -196,6 +193,20 @@ class MomentFluid final : public Fluid {
     const Real* const M = present(node);
     const auto moment = [&](std::size_t k) { return static_cast<double>(M[stride(k)]) / moment_scale; };
     return {moment(0), Vec3(moment(1), moment(2), moment(3))};
+  }
+
+  auto moments_of_rows() const {
+    return [this](std::int64_t y, std::int64_t z, RowMoments& row) {
+      const auto nx = static_cast<std::size_t>(lattice_.nx), lanes = static_cast<std::size_t>(lattice_.lanes);
+      const Real* const M = copy(present_) + 4 * lattice_.nx * (y + lattice_.ny * z);
+      std::vector<double> sums(4 * nx);
+      for (std::size_t i = 0; i < 4 * nx; ++i) sums[i] = static_cast<double>(M[i]) / moment_scale;
+      for (std::size_t x = 0; x < nx; ++x) {
+        const double* const at = sums.data() + place_[x];
+        row.density_deviation[x] = at[0];
+        for (std::size_t axis = 0; axis < 3; ++axis) row.momentum[axis][x] = at[(axis + 1) * lanes];
+      }
+    };
   }
 
   void provide_scratch() {

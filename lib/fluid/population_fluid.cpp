@@ -112,11 +112,12 @@ class PopulationFluid final : public Fluid {
   }
 
   Totals totals() const override {
-    return totals_of(spec_.grid, steps_, moments(), [this](std::int64_t node) { return inside(node); });
+    return totals_of(spec_.grid, steps_, moments_of_rows(),
+                     [this](std::int64_t node) { return inside(node); });
   }
 
   Extremes extremes() const override {
-    return extremes_of(spec_.grid, moments(), [this](std::int64_t node) { return inside(node); });
+    return extremes_of(spec_.grid, moments_of_rows(), [this](std::int64_t node) { return inside(node); });
   }
 
  private:
@@ -176,11 +177,59 @@ class PopulationFluid final : public Fluid {
     return !is_obstacle_.empty() && is_obstacle_[static_cast<std::size_t>(node)];
   }
 
-  /// Of a node before the step to come.
-  auto moments() const {
-    return [this](std::int64_t node) {
-      const Populations h = arriving(node);
-      return Moments{density_deviation(h), momentum(h)};
+  /// Population q of a row of nodes before the step to come, each where its node has its place.
+  void arriving_row(int q, std::int64_t y, std::int64_t z, std::vector<double>& h) const {
+    const std::int64_t nx = lattice_.nx, lanes = lattice_.lanes;
+    const auto v = velocity(q);
+    const auto comes_back = [&](std::size_t axis, std::int64_t from) {
+      return lattice_.closed[axis] && (from < 0 || from >= spec_.grid.size[axis]);
+    };
+    const bool stands_here = !odd() || comes_back(1, y - v[1]) || comes_back(2, z - v[2]);
+    const Real* const row = stands_here
+                                ? lattice_.slots[q] + lattice_.row(y, z)
+                                : lattice_.slots[opposite(q)] + lattice_.row(spec_.grid.wrap(y - v[1], 1),
+                                                                             spec_.grid.wrap(z - v[2], 2));
+    // One node further along x is one vector further; at the row's end it is the next lane of the other end.
+    const std::int64_t shift = stands_here ? 0 : v[0];
+    const std::int64_t first = shift == 1 ? lanes : 0, last = shift == -1 ? nx - lanes : nx;
+    for (std::int64_t i = first; i < last; ++i) {
+      h[static_cast<std::size_t>(i)] = static_cast<double>(row[i - shift * lanes]);
+    }
+    for (std::int64_t lane = 0; shift != 0 && lane < lanes; ++lane) {
+      const std::int64_t from = (lane - shift + lanes) % lanes;
+      const std::int64_t to_vector = shift == 1 ? 0 : nx - lanes, from_vector = nx - lanes - to_vector;
+      h[static_cast<std::size_t>(to_vector + lane)] = static_cast<double>(row[from_vector + from]);
+    }
+    if (lattice_.closed[0] && v[0] != 0) {
+      const std::int64_t x = v[0] == 1 ? 0 : nx - 1;
+      h[static_cast<std::size_t>(place_[static_cast<std::size_t>(x)])] =
+          static_cast<double>(*slot(q, spec_.grid.index(x, y, z)));
+    }
+  }
+
+  /// Added up in the order of density_deviation() and momentum().
+  auto moments_of_rows() const {
+    return [this](std::int64_t y, std::int64_t z, RowMoments& row) {
+      const auto nx = static_cast<std::size_t>(lattice_.nx);
+      std::vector<double> h(nx), back(nx), sums(4 * nx);
+      double* const density = sums.data();
+      arriving_row(0, y, z, h);
+      std::copy(h.begin(), h.end(), density);
+      for (int q = 1; q < Q; q += 2) {
+        arriving_row(q, y, z, h);
+        arriving_row(q + 1, y, z, back);
+        for (std::size_t i = 0; i < nx; ++i) density[i] += h[i] + back[i];
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          const double along = c[static_cast<std::size_t>(q)][axis];
+          double* const j = density + (axis + 1) * nx;
+          for (std::size_t i = 0; along != 0.0 && i < nx; ++i) j[i] += (h[i] - back[i]) * along;
+        }
+      }
+      for (std::size_t x = 0; x < nx; ++x) {
+        const auto at = static_cast<std::size_t>(place_[x]);
+        row.density_deviation[x] = density[at];
+        for (std::size_t axis = 0; axis < 3; ++axis) row.momentum[axis][x] = density[(axis + 1) * nx + at];
+      }
     };
   }
 

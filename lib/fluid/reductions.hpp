@@ -1,7 +1,9 @@
 /// Sums and extremes over a box, however a fluid carries its density and momentum.
 #pragma once
 
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "base/reduce.hpp"
@@ -16,21 +18,36 @@ struct Moments {
   Vec3 momentum;             // sum f c  [M L^-1 T^-2]
 };
 
-/// `at(node)` gives the Moments of a node that is not `inside(node)`; called by several threads. The last
-/// bits of the sums do not depend on their number.
-template <class At, class Inside>
-Totals totals_of(const Grid& grid, std::int64_t steps, const At& at, const Inside& inside) {
+/// Of the nodes of a row, in the order of x.
+struct RowMoments {
+  explicit RowMoments(std::int64_t nx) : density_deviation(static_cast<std::size_t>(nx)) {
+    for (auto& along_axis : momentum) along_axis.resize(density_deviation.size());
+  }
+  Moments at(std::size_t x) const {
+    return {density_deviation[x], Vec3(momentum[0][x], momentum[1][x], momentum[2][x])};
+  }
+  std::vector<double> density_deviation;        // rho - 1
+  std::array<std::vector<double>, 3> momentum;  // sum f c  [M L^-1 T^-2]
+};
+
+/// `read(y, z, row)` fills in the moments of a row; called by several threads. Nodes that are `inside(node)`
+/// are left out. The last bits of the sums do not depend on the number of threads.
+template <class Read, class Inside>
+Totals totals_of(const Grid& grid, std::int64_t steps, const Read& read, const Inside& inside) {
   std::vector<Totals> planes(static_cast<std::size_t>(grid.size[2]), Totals{0.0, Vec3::Zero(), Vec3::Zero()});
 #pragma omp parallel for schedule(static) if (grid.count() >= worth_threads)
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
     Totals& sum = planes[static_cast<std::size_t>(z)];
-    for (std::int64_t node = grid.index(0, 0, z); node < grid.index(0, 0, z + 1); ++node) {
-      if (inside(node)) continue;
-      const Moments here = at(node);
-      const auto [x, y, ignored] = grid.node(node);
-      sum.mass_deviation += here.density_deviation;
-      sum.momentum += here.momentum;
-      sum.staggered_momentum += (x + y + z + steps) % 2 == 0 ? here.momentum : Vec3(-here.momentum);
+    RowMoments row(grid.size[0]);
+    for (std::int64_t y = 0; y < grid.size[1]; ++y) {
+      read(y, z, row);
+      for (std::int64_t x = 0; x < grid.size[0]; ++x) {
+        if (inside(grid.index(x, y, z))) continue;
+        const Moments here = row.at(static_cast<std::size_t>(x));
+        sum.mass_deviation += here.density_deviation;
+        sum.momentum += here.momentum;
+        sum.staggered_momentum += (x + y + z + steps) % 2 == 0 ? here.momentum : Vec3(-here.momentum);
+      }
     }
   }
   Totals total{0.0, Vec3::Zero(), Vec3::Zero()};
@@ -59,19 +76,44 @@ inline void keep_worse(Extremes& worst, const Extremes& other) {
   }
 }
 
+/// Whether a node of the row may be worse than `worst`: all of them at once, most rows need no second look.
+inline bool may_be_worse(const RowMoments& row, const Extremes& worst) {
+  // j^2 > max_speed^2 rho^2, with room for rounding; written such that what is no number passes.
+  const double slower = worst.max_speed * worst.max_speed * (1.0 - 1e-12);
+  const auto nx = static_cast<std::int64_t>(row.density_deviation.size());
+  const double* const rho_1 = row.density_deviation.data();
+  const double* const jx = row.momentum[0].data();
+  const double* const jy = row.momentum[1].data();
+  const double* const jz = row.momentum[2].data();
+  std::int64_t better = 0;
+#pragma omp simd reduction(+ : better)
+  for (std::int64_t x = 0; x < nx; ++x) {
+    const double rho = 1.0 + rho_1[x];
+    const bool is_better = (rho >= worst.min_density) & (rho < 1e300) &
+                           ((jx[x] * jx[x] + jy[x] * jy[x]) + jz[x] * jz[x] <= slower * (rho * rho));
+    better += is_better ? 1 : 0;
+  }
+  return better < nx;
+}
+
 /// As above.
-template <class At, class Inside>
-Extremes extremes_of(const Grid& grid, const At& at, const Inside& inside) {
+template <class Read, class Inside>
+Extremes extremes_of(const Grid& grid, const Read& read, const Inside& inside) {
   std::vector<Extremes> planes(static_cast<std::size_t>(grid.size[2]));
 #pragma omp parallel for schedule(static) if (grid.count() >= worth_threads)
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
-    const std::int64_t from = grid.index(0, 0, z);
-    Extremes worst{INFINITY, from, 0.0, from};
-    for (std::int64_t node = from; node < grid.index(0, 0, z + 1); ++node) {
-      if (inside(node)) continue;
-      const Moments here = at(node);
-      const double rho = 1.0 + here.density_deviation;
-      keep_worse(worst, {std::isfinite(rho) ? rho : NAN, node, here.momentum.norm() / rho, node});
+    Extremes worst{INFINITY, grid.index(0, 0, z), 0.0, grid.index(0, 0, z)};
+    RowMoments row(grid.size[0]);
+    for (std::int64_t y = 0; y < grid.size[1]; ++y) {
+      read(y, z, row);
+      if (!may_be_worse(row, worst)) continue;
+      for (std::int64_t x = 0; x < grid.size[0]; ++x) {
+        const std::int64_t node = grid.index(x, y, z);
+        if (inside(node)) continue;
+        const Moments here = row.at(static_cast<std::size_t>(x));
+        const double rho = 1.0 + here.density_deviation;
+        keep_worse(worst, {std::isfinite(rho) ? rho : NAN, node, here.momentum.norm() / rho, node});
+      }
     }
     planes[static_cast<std::size_t>(z)] = worst;
   }
