@@ -22,6 +22,7 @@
 #include "engine/result.hpp"
 #include "exit_code.hpp"
 #include "io/hdf5.hpp"
+#include "results_json.hpp"
 #include "run_cases.hpp"
 #include "threads.hpp"
 
@@ -172,6 +173,10 @@ int report_command(const std::string& results, const std::string& report) {
     complain("{}. The report goes without the ledger of claims", why.message);
     code = exit_code::of_error(why.kind);
   }
+  if (fs::is_directory(results, unknown)) {
+    const fs::path beside = report.empty() ? fs::path(results) : fs::path(report).parent_path();
+    code = exit_code::first_of(code, attempted([&] { write_results_json(results, beside); }));
+  }
   if (!report.empty()) words.insert(words.end(), {"--out", report});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
@@ -254,6 +259,7 @@ void add_run_options(CLI::App& command, Options& options) {
                    "print a JSON array: per case id, overrides, verdict, findings, wall_seconds, checks "
                    "(metric, measured, "
                    "target, holds, tolerance, margin, verdict), metrics, warnings, result (the file)");
+  command.add_option("--junit", options.junit, "also write a report of these cases in the form of JUnit");
 }
 
 void add_case_names(CLI::App& command, Options& options) {
@@ -292,6 +298,8 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   add_case_names(*run, *options);
   add_run_options(*run, *options);
   add_case_folder(*run, *options);
+  run->add_flag("--resume", options->resume,
+                "go on from the checkpoint in --out that an earlier run has left, see run.checkpoint");
   run->footer("Example: veriflex run path/to/mine.toml --set bond.epsilon=2.0 --out results");
   run->callback([options, &exit_code] { exit_code = run_cases(options->cases, *options, true); });
 

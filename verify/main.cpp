@@ -12,11 +12,13 @@
 #include <system_error>
 
 #include "advise_command.hpp"
+#include "audit_command.hpp"
 #include "base/error.hpp"
 #include "base/say.hpp"
 #include "case_commands.hpp"
 #include "claims_command.hpp"
 #include "contract_commands.hpp"
+#include "diff_command.hpp"
 #include "engine/renamed.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
@@ -80,6 +82,8 @@ int run(int argc, char** argv) {
   veriflex::add_advise_command(app, code);
   veriflex::add_claims_command(app, code);
   veriflex::add_contract_commands(app, code);
+  veriflex::add_diff_command(app, code);
+  veriflex::add_audit_command(app, code);
   veriflex::add_derive_command(app);
   veriflex::add_calibrate_command(app);
   try {

@@ -15,7 +15,9 @@
 #include "engine/result.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
+#include "junit.hpp"
 #include "print_study.hpp"
+#include "results_json.hpp"
 #include "studies/studies.hpp"
 #include "threads.hpp"
 
@@ -184,8 +186,10 @@ class Runs {
                                     "running still",
                                     engine::provenance(1).date)});
     std::optional<Case> c;
+    std::optional<engine::Checkpoints> checkpoints;
     try {
       c = read_case(asked.path, options_);
+      keep_checkpoints(*c, checkpoints);
       if (!store(result)) return result;
     } catch (...) {
       result.fail(engine::current_failure());
@@ -194,8 +198,17 @@ class Runs {
       if (is_file) store(result);
       return result;
     }
-    result = engine::run_case(*c, threads_, options_.is_row ? options_.repeats : 0);
-    store(result);
+    result = engine::run_case(*c, threads_, options_.is_row ? options_.repeats : 0,
+                              checkpoints ? &*checkpoints : nullptr);
+    std::error_code none;
+    if (checkpoints && result.error_kind == "interrupted" && fs::exists(checkpoints->file(), none)) {
+      result.error_message += fmt::format(". Its last checkpoint is {}: run it again with --resume",
+                                          checkpoints->file().string());
+    }
+    const bool is_stored = store(result);
+    // A failure would come again.
+    const bool is_over = result.verdict != Verdict::error || result.error_kind == "numerical";
+    if (checkpoints && is_stored && is_over) checkpoints->remove();
     return result;
   }
 
@@ -206,6 +219,15 @@ class Runs {
   Result not_run(const Asked& asked, const engine::Failure& failure) const {
     return engine::not_run(asked.path.empty() ? fs::path(asked.name) : asked.path, options_.overrides,
                            failure, threads_);
+  }
+
+  // Of one run alone: the rows of a study are what is left of it.
+  void keep_checkpoints(const Case& c, std::optional<engine::Checkpoints>& checkpoints) const {
+    const bool has_some = c.study.run_with_checkpoints && !c.study.of_many_runs && !options_.is_row;
+    if (has_some) checkpoints.emplace(engine::checkpoint_path(c, options_.out), c, options_.resume);
+    if (has_some || !options_.resume) return;
+    throw InputError({c.path.string()}, "leaves no checkpoints to go on from",
+                     "one run of the driver 'scene' with run.checkpoint does", "Run it without --resume");
   }
 
   // Whether the result could be written; if not it becomes the error that says why.
@@ -235,6 +257,17 @@ class Runs {
 
 }  // namespace
 
+int attempted(const std::function<void()>& work) {
+  try {
+    work();
+    return exit_code::success;
+  } catch (...) {
+    const engine::Failure why = engine::current_failure();
+    complain("{}", why.message);
+    return exit_code::of_error(why.kind);
+  }
+}
+
 void print_json(const Json& json) { say("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace)); }
 
 Case read_without_baseline(const fs::path& path, const Options& options) {
@@ -251,11 +284,13 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
   const std::vector<Asked> cases = asked_for(names, options);
   int code = exit_code::success;
   Json all = Json::array();
+  std::vector<JunitCase> junit;
   Runs runs(options);
   const stop::Handlers handlers;
   for (const Asked& asked : cases) {
     const Result result = runs.run(asked);
     code = exit_code::first_of(code, exit_code_of(result));
+    junit.push_back(junit_case(result));
     if (result.verdict == Verdict::error) {
       const bool has_place = result.error_kind == "input" || result.error_kind == "output";
       complain("{}{}", has_place ? "" : result.c.path.string() + ": ", result.error_message);
@@ -270,6 +305,12 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
     }
   }
   if (options.json) print_json(all);
+  if (!options.junit.empty()) {
+    code = exit_code::first_of(code, attempted([&] { write_junit(options.junit, junit); }));
+  }
+  if (cases.size() > 1) {
+    code = exit_code::first_of(code, attempted([&] { write_results_json(options.out, options.out); }));
+  }
   return code;
 }
 

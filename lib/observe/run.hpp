@@ -1,6 +1,7 @@
 /// The run of a scene: its steps, what is observed of them, and the monitor over both.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <set>
 #include <string>
@@ -44,6 +45,18 @@ class Run {
 
   /// Largest Mach number that its checks saw; 0 without a fluid.
   double max_mach() const { return max_mach_; }
+
+  /// What a run knows beside its simulation, its records and what its series keep, between two steps; and
+  /// back to one of the same scene.
+  struct State {
+    std::int64_t checked;  // step of the last check, and what it found
+    std::vector<Metric> good;
+    std::vector<Positions> good_nodes;               // of each body
+    std::vector<double> load_work;                   // of each body whose energy is looked at  [M L^2 T^-2]
+    std::vector<std::array<std::size_t, 2>> warned;  // bodies whose contact was reported
+  };
+  State state() const;
+  void restore(const State& state);
 
   /// Ends the run for a reason of the caller's own, with the last good state.
   [[noreturn]] void interrupt(const NumericalFailure& why) const;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct Series {
   bool from_start = true;
   /// What must see the start and every step, due or not; empty: nothing.
   std::function<void(const scene::Simulation&)> every_step{};
+  /// What it keeps from one call to the next: put back, a series goes on bit by bit; null: nothing.
+  std::shared_ptr<std::vector<double>> memory{};
 };
 
 /// Kinetic energy of each body that moves by its own forces, with the velocity now, its potential energy,

@@ -1,10 +1,13 @@
 /// What the parts of the driver `scene` share: a scene as the tables of a case say it.
 #pragma once
 
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "io/document.hpp"
+#include "io/hdf5.hpp"
 #include "observe/field.hpp"
 #include "observe/run.hpp"
 #include "observe/series.hpp"
@@ -84,10 +87,24 @@ observe::Record empty_record(const Observation& observation, const scene::Scene&
 /// What a check may ask of it.
 std::vector<std::string> measures_of(const Observation& observation, const scene::Scene& scene);
 
-/// Adds rows to records[at] when they are due.
-void add_observers(const Observation& observation, const scene::Scene& scene,
-                   std::vector<observe::Record>& records, std::size_t at,
-                   std::vector<observe::Observer>& observers);
+/// Adds rows to records[at] when they are due. Returns what the observers keep between two steps, null for
+/// nothing.
+std::shared_ptr<std::vector<double>> add_observers(const Observation& observation, const scene::Scene& scene,
+                                                   std::vector<observe::Record>& records, std::size_t at,
+                                                   std::vector<observe::Observer>& observers);
+
+/// Everything that a run of a scene is, between two steps. Put back into one that stands at its start, it
+/// goes on bit by bit.
+struct Running {
+  scene::Simulation& simulation;
+  observe::Run& run;
+  std::span<observe::Record> records;
+  std::vector<std::shared_ptr<std::vector<double>>> memories;  // of the observers, some null
+  Progress& progress;
+
+  void put_in(io::Hdf5Image& image) const;
+  void take_from(const io::Hdf5File& file);
+};
 
 /// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows, and `.reached`, the time when the column
 /// that `reaches` names comes to its value. Throws NumericalFailure when it never does.

@@ -300,13 +300,14 @@ std::vector<std::string> measures_of(const Observation& o, const scene::Scene& s
   return measures;
 }
 
-void add_observers(const Observation& o, const scene::Scene& scene, std::vector<Record>& records,
-                   std::size_t at, std::vector<observe::Observer>& observers) {
+std::shared_ptr<std::vector<double>> add_observers(const Observation& o, const scene::Scene& scene,
+                                                   std::vector<Record>& records, std::size_t at,
+                                                   std::vector<observe::Observer>& observers) {
   if (o.series == nullptr) {
     observers.push_back({o.due, [&records, at, o](const scene::Simulation& simulation) {
                            append_now(o, simulation, records[at]);
                          }});
-    return;
+    return nullptr;
   }
   const observe::Series series = o.series(scene);
   if (series.every_step) observers.push_back({observe::Due{1.0}, series.every_step});
@@ -317,6 +318,7 @@ void add_observers(const Observation& o, const scene::Scene& scene, std::vector<
                          row.insert(row.begin(), {step, step});
                          records[at].append(row);
                        }});
+  return series.memory;
 }
 
 std::vector<observe::Metric> metrics_of(const Observation& o, const Record& record) {
