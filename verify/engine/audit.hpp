@@ -43,8 +43,9 @@ struct AuditNote {
 
 /// What cases, references and ledger say, without any run.
 struct AuditOfCases {
-  std::vector<AuditNote> without_reason;    // checks whose tolerance has none of its own: "", "none", "as above"
-  std::vector<AuditNote> own_targets;       // checks whose target this program made
+  std::vector<AuditNote>
+      without_reason;                  // checks whose tolerance has none of its own: "", "none", "as above"
+  std::vector<AuditNote> own_targets;  // checks whose target this program made
   std::vector<AuditNote> without_question;  // cases with neither a claim nor an equation
   std::vector<AuditNote> unused;            // references that no case is held against
   std::vector<AuditNote> undecided;         // entries of the ledger that no case judges
