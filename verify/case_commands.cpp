@@ -154,6 +154,7 @@ void add_run_options(CLI::App& command, Options& options) {
                    "print a JSON array: per case id, overrides, verdict, findings, wall_seconds, checks "
                    "(metric, measured, "
                    "target, holds, tolerance, margin, verdict), metrics, warnings, result (the file)");
+  command.add_option("--junit", options.junit, "also write a report of these cases in the form of JUnit");
 }
 
 void add_many_options(CLI::App& command, Options& options) {
@@ -216,6 +217,8 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   add_run_options(*run, *options);
   add_many_options(*run, *options);
   add_case_folder(*run, *options);
+  run->add_flag("--resume", options->resume,
+                "go on from the checkpoint in --out that an earlier run has left, see run.checkpoint");
   run->footer(
       "Example: veriflex run path/to/mine.toml --set bond.epsilon=2.0 --out results\n"
       "         veriflex run 'tensile-*' --tier quick --jobs 4");
@@ -226,6 +229,7 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   add_case_names(*job, *options);
   add_settings(*job, *options);
   add_run_options(*job, *options);
+  job->add_flag("--resume", options->resume, "as of run");
   job->add_flag("--brief", options->brief, "without tables");
   job->callback([options, &exit_code] {
     prctl(PR_SET_PDEATHSIG, SIGTERM);  // it does not outlive the command that asked for it

@@ -12,12 +12,14 @@
 #include <system_error>
 
 #include "advise_command.hpp"
+#include "audit_command.hpp"
 #include "base/error.hpp"
 #include "base/say.hpp"
 #include "case_commands.hpp"
 #include "claims_command.hpp"
 #include "contract_commands.hpp"
 #include "describe_command.hpp"
+#include "diff_command.hpp"
 #include "engine/renamed.hpp"
 #include "engine/result.hpp"
 #include "exit_code.hpp"
@@ -86,6 +88,8 @@ int run(int argc, char** argv) {
   veriflex::add_units_command(app);
   veriflex::add_show_command(app);
   veriflex::add_new_command(app);
+  veriflex::add_diff_command(app, code);
+  veriflex::add_audit_command(app, code);
   veriflex::add_derive_command(app);
   veriflex::add_calibrate_command(app);
   veriflex::add_describing_commands(app);

@@ -18,6 +18,8 @@
 #include "engine/result.hpp"
 #include "exit_code.hpp"
 #include "repository.hpp"
+#include "results_json.hpp"
+#include "run_cases.hpp"
 
 namespace veriflex {
 
@@ -38,6 +40,10 @@ int report_command(const std::string& results, const std::string& report, bool j
     const engine::Failure why = engine::current_failure();
     complain("{}. The report goes without the ledger of claims", why.message);
     code = exit_code::of_error(why.kind);
+  }
+  if (fs::is_directory(results, unknown)) {
+    const fs::path beside = report.empty() ? fs::path(results) : fs::path(report).parent_path();
+    code = exit_code::first_of(code, attempted([&] { write_results_json(results, beside); }));
   }
   if (json) words.emplace_back("--json");
   if (!report.empty()) words.insert(words.end(), {"--out", report});

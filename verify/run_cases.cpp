@@ -14,10 +14,13 @@
 #include "engine/attachments.hpp"
 #include "engine/baseline.hpp"
 #include "engine/result.hpp"
+#include "engine/stored_result.hpp"
 #include "engine/total_progress.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
+#include "junit.hpp"
 #include "print_study.hpp"
+#include "results_json.hpp"
 #include "run_jobs.hpp"
 #include "studies/studies.hpp"
 #include "threads.hpp"
@@ -187,8 +190,10 @@ class Runs {
                                     "running still",
                                     engine::provenance(1).date)});
     std::optional<Case> c;
+    std::optional<engine::Checkpoints> checkpoints;
     try {
       c = read_case(asked.path, options_);
+      keep_checkpoints(*c, checkpoints);
       if (!store(result)) return result;
     } catch (...) {
       result.fail(engine::current_failure());
@@ -197,8 +202,16 @@ class Runs {
       if (is_file) store(result);
       return result;
     }
-    result = run(*c);
-    store(result);
+    result = run(*c, checkpoints ? &*checkpoints : nullptr);
+    std::error_code none;
+    if (checkpoints && result.error_kind == "interrupted" && fs::exists(checkpoints->file(), none)) {
+      result.error_message += fmt::format(". Its last checkpoint is {}: run it again with --resume",
+                                          checkpoints->file().string());
+    }
+    const bool is_stored = store(result);
+    // A failure would come again.
+    const bool is_over = result.verdict != Verdict::error || result.error_kind == "numerical";
+    if (checkpoints && is_stored && is_over) checkpoints->remove();
     return result;
   }
 
@@ -207,15 +220,27 @@ class Runs {
 
  private:
   // A row of a study is there for its numbers: of its snapshots there would be as many as rows.
-  Result run(const Case& c) const {
+  Result run(const Case& c, engine::Checkpoints* checkpoints) const {
     if (options_.is_row) return engine::run_case(c, threads_, options_.repeats);
-    const observe::Attaching attaching(engine::attach_to(engine::attachments_folder(c.name(), options_.out)));
-    return engine::run_case(c, threads_);
+    const bool goes_on = checkpoints != nullptr && checkpoints->earlier() != nullptr;
+    const observe::Attaching attaching(
+        engine::attach_to(engine::attachments_folder(c.name(), options_.out),
+                          goes_on ? engine::EarlierFiles::stay : engine::EarlierFiles::go));
+    return engine::run_case(c, threads_, 0, checkpoints);
   }
 
   Result not_run(const Asked& asked, const engine::Failure& failure) const {
     return engine::not_run(asked.path.empty() ? fs::path(asked.name) : asked.path, options_.overrides,
                            failure, threads_);
+  }
+
+  // Of one run alone: the rows of a study are what is left of it.
+  void keep_checkpoints(const Case& c, std::optional<engine::Checkpoints>& checkpoints) const {
+    const bool has_some = c.study.run_with_checkpoints && !c.study.of_many_runs && !options_.is_row;
+    if (has_some) checkpoints.emplace(engine::checkpoint_path(c, options_.out), c, options_.resume);
+    if (has_some || !options_.resume) return;
+    throw InputError({c.path.string()}, "leaves no checkpoints to go on from",
+                     "one run of the driver 'scene' with run.checkpoint does", "Run it without --resume");
   }
 
   // Whether the result could be written; if not it becomes the error that says why.
@@ -243,7 +268,37 @@ class Runs {
   std::string stored_;
 };
 
+// What a case that ran in a program of its own has left.
+JunitCase stored_junit_case(const fs::path& path, const Options& options) {
+  const std::string name = engine::name_of_variant(path.stem().string(), options.overrides);
+  try {
+    return junit_case(engine::read_result(fs::path(options.out) / (name + ".h5")));
+  } catch (...) {
+    const engine::Failure why = engine::current_failure();
+    return {name, "unreadable", 0.0, {}, "output", why.message, {}};
+  }
+}
+
+std::vector<JunitCase> some_of(const std::vector<std::optional<JunitCase>>& cases) {
+  std::vector<JunitCase> some;
+  for (const std::optional<JunitCase>& one : cases) {
+    if (one) some.push_back(*one);
+  }
+  return some;
+}
+
 }  // namespace
+
+int attempted(const std::function<void()>& work) {
+  try {
+    work();
+    return exit_code::success;
+  } catch (...) {
+    const engine::Failure why = engine::current_failure();
+    complain("{}", why.message);
+    return exit_code::of_error(why.kind);
+  }
+}
 
 void print_json(const Json& json) { say("{}\n", json.dump(2, ' ', false, Json::error_handler_t::replace)); }
 
@@ -266,6 +321,7 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
   int code = exit_code::success;
   Json all = Json::array();
   for (std::size_t i = 0; i < cases.size(); ++i) all.push_back(nullptr);
+  std::vector<std::optional<JunitCase>> junit(cases.size());
   Runs runs(options);
   const stop::Handlers handlers;
   const auto run_here = [&](std::size_t i) {
@@ -274,6 +330,7 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
     progress.clear();
     progress.done(i, result.cost.wall_seconds());
     code = exit_code::first_of(code, exit_code_of(result));
+    junit[i] = junit_case(result);
     if (result.verdict == Verdict::error) {
       const bool has_place = result.error_kind == "input" || result.error_kind == "output";
       complain("{}{}", has_place ? "" : result.c.path.string() + ": ", result.error_message);
@@ -302,6 +359,10 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
     }
     for (const std::size_t left : run_side_by_side(jobs, shared, with_tables, progress, all, code))
       here.push_back(left);
+    for (const Job& job : jobs) {
+      const bool was_run = std::find(here.begin(), here.end(), job.number) == here.end();
+      if (was_run && !options.junit.empty()) junit[job.number] = stored_junit_case(job.path, options);
+    }
     std::sort(here.begin(), here.end());
   } else {
     for (std::size_t i = 0; i < cases.size(); ++i) here.push_back(i);
@@ -317,6 +378,12 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
     all.swap(some);
   }
   if (options.json) print_json(all);
+  if (!options.junit.empty()) {
+    code = exit_code::first_of(code, attempted([&] { write_junit(options.junit, some_of(junit)); }));
+  }
+  if (cases.size() > 1) {
+    code = exit_code::first_of(code, attempted([&] { write_results_json(options.out, options.out); }));
+  }
   return code;
 }
 

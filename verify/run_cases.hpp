@@ -2,6 +2,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -32,6 +33,8 @@ struct Options {
   bool is_row = false;        // of a study: the one run that the case describes
   int repeats = 0;            // of a row, for its time
   int shard = 0, shards = 1;  // of a study
+  bool resume = false;        // a run goes on from its checkpoint
+  std::string junit;          // file for a report in JUnit's form; empty: none
 };
 
 /// A case as the options have it.
@@ -46,6 +49,9 @@ engine::Case read_case(const std::filesystem::path& path, const Options& options
 /// of them would write the same result.
 int run_cases(const std::vector<std::string>& names, const Options& options, bool with_tables,
               std::vector<std::optional<double>> expected = {});
+
+/// Does what is left to do after the runs: whatever is wrong with it is said, and comes back as an exit code.
+int attempted(const std::function<void()>& work);
 
 /// Prints JSON; bytes that are no UTF-8, as file names may hold, are replaced.
 void print_json(const nlohmann::ordered_json& json);

@@ -59,6 +59,7 @@ struct Running {
                                  std::to_string(threads)};
     for (const std::string& one : options.overrides) all.insert(all.end(), {"--set", one});
     if (options.json) all.emplace_back("--json");
+    if (options.resume) all.emplace_back("--resume");
     if (!with_tables) all.emplace_back("--brief");
     return all;
   }

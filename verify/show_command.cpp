@@ -13,7 +13,6 @@
 #include "base/error.hpp"
 #include "base/say.hpp"
 #include "io/hdf5.hpp"
-#include "io/hdf5_names.hpp"
 #include "observe/record.hpp"
 #include "run_cases.hpp"
 
@@ -70,7 +69,7 @@ Record table(const io::Hdf5File& file, const std::string& name) {
 }
 
 Record table_named(const io::Hdf5File& file, const std::string& name, const fs::path& path) {
-  std::vector<std::string> known = io::hdf5_names(path, "/records");
+  std::vector<std::string> known = file.names("/records");
   if (std::find(known.begin(), known.end(), name) != known.end()) return table(file, "records/" + name);
   const std::vector<std::string> always{"checks", "metrics", "timing", "parts"};
   if (std::find(always.begin(), always.end(), name) != always.end()) return table(file, name);
@@ -180,9 +179,9 @@ Json rows_json(const Record& record) {
   return rows;
 }
 
-void show_all(const io::Hdf5File& file, const fs::path& path, bool json) {
+void show_all(const io::Hdf5File& file, bool json) {
   const Record checks = table(file, "checks"), metrics = table(file, "metrics");
-  const std::vector<std::string> names = io::hdf5_names(path, "/records");
+  const std::vector<std::string> names = file.names("/records");
   if (json) {
     Json records = Json::array();
     for (const std::string& name : names) {
@@ -240,7 +239,7 @@ void show_command(const ShowOptions& o) {
   const fs::path path = result_named(o);
   const io::Hdf5File file(path);
   if (o.record.empty() && !o.csv) {
-    show_all(file, path, o.json);
+    show_all(file, o.json);
     return;
   }
   const Record record = table_named(file, o.record.empty() ? "metrics" : o.record, path);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/memory.hpp"
+#include "base/parts_aside.hpp"
 
 namespace veriflex::parts {
 
@@ -107,6 +108,12 @@ Peak peak() {
   Registry& all = registry();
   const std::lock_guard lock(all.guard);
   return all.peak;
+}
+
+Aside::~Aside() {
+  Registry& all = registry();
+  const std::lock_guard lock(all.guard);
+  all.made = made_;
 }
 
 void restart() {

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "base/stop_held.hpp"
+
 namespace veriflex::stop {
 
 std::atomic<int> signal = 0;
@@ -10,11 +12,14 @@ static_assert(std::atomic<int>::is_always_lock_free);  // it is written by a sig
 namespace {
 
 std::atomic<bool> thrown = false;
+std::atomic<bool> held = false;
+std::atomic<int> waiting = 0;  // signal that came while it was
 
 constexpr std::array asking{SIGINT, SIGTERM, SIGHUP};
 
 extern "C" void ask_to_stop(int number) {
-  if (signal.exchange(number) == 0) return;
+  std::atomic<int>& asks = held ? waiting : signal;
+  if (asks.exchange(number) == 0) return;
   ::signal(number, SIG_DFL);
   raise(number);
 }
@@ -39,6 +44,13 @@ std::string reason() {
 void here(const char* what, std::int64_t number) {
   thrown = true;
   throw Stopped(fmt::format("{} at {} {}", reason(), what, number));
+}
+
+Held::Held() { held = true; }
+
+Held::~Held() {
+  held = false;
+  if (const int number = waiting.exchange(0); number != 0) signal = number;
 }
 
 Handlers::Handlers() {

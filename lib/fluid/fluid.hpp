@@ -11,6 +11,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <variant>
 #include <vector>
 
 #include "base/grid.hpp"
@@ -21,12 +22,31 @@
 
 namespace veriflex::fluid {
 
+/// Fluid that enters at an end of an axis with a given velocity: half-way bounce-back at a wall that moves
+/// through itself, so that what is given is the momentum of fluid of density 1. [ladd-1994]
+struct Inflow {
+  Vec3 velocity;           // [L T^-1]
+  bool parabolic = false;  // 4 s (1 - s) of it at the part s of the way between the walls of each other axis
+  double rise = 0.0;       // it rises as (1 - cos(pi t/rise))/2 until then  [T]
+
+  /// Of the velocity, after so many steps.
+  double risen(std::int64_t steps) const;
+};
+
+/// Fluid that leaves at an end of an axis, at a given density: half-way anti-bounce-back with the velocity
+/// and
+/// the shear of the node beside it. [ginzburg-2008]
+struct Outflow {
+  double density = 1.0;  // [M L^-3]
+};
+
 /// Half-way bounce-back walls at both ends of an axis: half a spacing outside the first and the last node. A
-/// wall may move; only its motion along itself is meant. Where two walls meet, the link across both belongs
-/// to the earlier axis.
+/// wall may move; only its motion along itself is meant. In the place of a wall there may be an opening.
+/// Where two ends meet, the link across both belongs to the earlier axis.
 struct Walls {
-  Vec3 low_velocity = Vec3::Zero();   // [L T^-1]
-  Vec3 high_velocity = Vec3::Zero();  // [L T^-1]
+  Vec3 low_velocity = Vec3::Zero();                                         // [L T^-1]
+  Vec3 high_velocity = Vec3::Zero();                                        // [L T^-1]
+  std::array<std::variant<std::monostate, Inflow, Outflow>, 2> openings{};  // at the low and the high end
 };
 
 struct Spec {
@@ -55,8 +75,11 @@ struct Spec {
 /// was started from keeps a copy until the first step. Throws BadParameter ("fluid.representation").
 Representation representation_of(const Spec& spec);
 
-/// Axes with walls.
+/// Axes with walls or openings at their ends.
 std::array<bool, 3> closed(const Spec& spec);
+
+/// Whether fluid enters or leaves anywhere.
+bool is_open(const Spec& spec);
 
 /// The deviations f - w of one node.
 using Populations = std::array<double, Q>;
@@ -149,6 +172,11 @@ class Fluid {
  private:
   std::vector<parts::Built> parts_;
 };
+
+/// Force of the fluid on its obstacle in the last step, from what its surface turned back, less the pressure
+/// of
+/// fluid at rest. [ladd-1994]  [M L T^-2]
+Vec3 force_on_obstacle(const Fluid& fluid);
 
 /// Memory of the populations or moments  [bytes].
 double memory_bytes(const Spec& spec);

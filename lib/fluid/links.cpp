@@ -20,6 +20,26 @@ std::int64_t neighbour(const Grid& grid, const std::array<std::int64_t, 3>& at, 
 
 namespace {
 
+const Inflow* inflow_at(const Walls& walls, bool high) {
+  return std::get_if<Inflow>(&walls.openings[high ? 1 : 0]);
+}
+
+const Outflow* outflow_at(const Walls& walls, bool high) {
+  return std::get_if<Outflow>(&walls.openings[high ? 1 : 0]);
+}
+
+/// Of the velocity that flows in at a node beside an end of `axis`.
+double share_of(const Inflow& inflow, const Spec& spec, std::size_t axis,
+                const std::array<std::int64_t, 3>& at) {
+  double share = 1.0;
+  for (std::size_t other = 0; inflow.parabolic && other < 3; ++other) {
+    if (other == axis || !spec.walls[other]) continue;
+    const double s = (static_cast<double>(at[other]) + 0.5) / static_cast<double>(spec.grid.size[other]);
+    share *= 4.0 * s * (1.0 - s);
+  }
+  return share;
+}
+
 void add_gains_of(const Spec& spec, std::int64_t node, std::vector<Gain>& gains) {
   const auto at = spec.grid.node(node);
   for (int q = 1; q < Q; ++q) {
@@ -28,38 +48,103 @@ void add_gains_of(const Spec& spec, std::int64_t node, std::vector<Gain>& gains)
     const auto a = static_cast<std::size_t>(axis);
     const Walls& walls = *spec.walls[a];
     const bool high = velocity(q)[a] > 0;
-    const Vec3& u = high ? walls.high_velocity : walls.low_velocity;
+    if (outflow_at(walls, high) != nullptr) continue;
+    const Inflow* const inflow = inflow_at(walls, high);
+    const Vec3 u = inflow != nullptr ? Vec3(share_of(*inflow, spec, a, at) * inflow->velocity)
+                   : high            ? walls.high_velocity
+                                     : walls.low_velocity;
     const double speed = along(opposite(q), u);
-    if (speed != 0.0) gains.push_back({node, opposite(q), 6.0 * w(q) * speed});
+    if (speed != 0.0) gains.push_back({node, opposite(q), 6.0 * w(q) * speed, inflow});
   }
+}
+
+/// Nodes beside one end of an axis.
+std::vector<std::int64_t> nodes_beside(const Grid& grid, std::size_t axis, bool high) {
+  std::vector<std::int64_t> nodes;
+  const std::size_t a = axis == 0 ? 1 : 0;
+  const std::size_t b = axis == 2 ? 1 : 2;
+  std::array<std::int64_t, 3> at{};
+  at[axis] = high ? grid.size[axis] - 1 : 0;
+  for (at[b] = 0; at[b] < grid.size[b]; ++at[b]) {
+    for (at[a] = 0; at[a] < grid.size[a]; ++at[a]) nodes.push_back(grid.index(at[0], at[1], at[2]));
+  }
+  return nodes;
+}
+
+/// Nodes beside the ends for which `wanted(walls, high)`, in their order.
+template <class Wanted>
+std::vector<std::int64_t> nodes_beside(const Spec& spec, const Wanted& wanted) {
+  std::vector<std::int64_t> nodes;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const bool high : {false, true}) {
+      if (!spec.walls[axis] || !wanted(*spec.walls[axis], high)) continue;
+      const std::vector<std::int64_t> more = nodes_beside(spec.grid, axis, high);
+      nodes.insert(nodes.end(), more.begin(), more.end());
+    }
+  }
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+  return nodes;
 }
 
 }  // namespace
 
 std::vector<Gain> gains_of(const Spec& spec) {
-  const Grid& grid = spec.grid;
-  std::vector<std::int64_t> near;
-  for (std::size_t axis = 0; axis < 3; ++axis) {
-    const std::optional<Walls>& walls = spec.walls[axis];
-    if (!walls || (walls->low_velocity.isZero(0.0) && walls->high_velocity.isZero(0.0))) continue;
-    const std::size_t a = axis == 0 ? 1 : 0;
-    const std::size_t b = axis == 2 ? 1 : 2;
-    for (std::int64_t j = 0; j < grid.size[b]; ++j) {
-      for (std::int64_t i = 0; i < grid.size[a]; ++i) {
-        std::array<std::int64_t, 3> at{};
-        at[a] = i;
-        at[b] = j;
-        near.push_back(grid.index(at[0], at[1], at[2]));
-        at[axis] = grid.size[axis] - 1;
-        near.push_back(grid.index(at[0], at[1], at[2]));
-      }
-    }
-  }
-  std::sort(near.begin(), near.end());
-  near.erase(std::unique(near.begin(), near.end()), near.end());
   std::vector<Gain> gains;
-  for (const std::int64_t node : near) add_gains_of(spec, node, gains);
+  for (const std::int64_t node : nodes_beside(spec, [](const Walls&walls, bool high) {
+         return inflow_at(walls, high) != nullptr ||
+                !(high ? walls.high_velocity : walls.low_velocity).isZero(0.0);
+       })) {
+    add_gains_of(spec, node, gains);
+  }
   return gains;
+}
+
+std::vector<Outlet> outlets_of(const Spec& spec, const std::vector<bool>& is_obstacle) {
+  std::vector<Outlet> outlets;
+  for (const std::int64_t node :
+       nodes_beside(spec, [&](const Walls&walls, bool high) { return outflow_at(walls, high) != nullptr; })) {
+    if (!is_obstacle.empty() && is_obstacle[static_cast<std::size_t>(node)]) continue;
+    const auto at = spec.grid.node(node);
+    Outlet outlet{node, node, 0U, 1.0};
+    for (int q = 1; q < Q; ++q) {
+      const int axis = crossed_wall(spec, at, q);
+      if (axis < 0) continue;
+      const auto a = static_cast<std::size_t>(axis);
+      const Outflow* const outflow = outflow_at(*spec.walls[a], velocity(q)[a] > 0);
+      if (outflow == nullptr) continue;
+      outlet.out |= 1U << q;
+      outlet.density = outflow->density;
+      auto inner = at;
+      inner[a] -= velocity(q)[a];
+      if (inner[a] < 0 || inner[a] >= spec.grid.size[a]) continue;
+      const std::int64_t next = spec.grid.index(inner[0], inner[1], inner[2]);
+      if (is_obstacle.empty() || !is_obstacle[static_cast<std::size_t>(next)]) outlet.inner = next;
+    }
+    if (outlet.out != 0) outlets.push_back(outlet);
+  }
+  return outlets;
+}
+
+Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside,
+                        double relaxation_time) {
+  const auto velocity_of = [](const Populations& h) -> Vec3 {
+    return momentum(h) / (1.0 + density_deviation(h));
+  };
+  const auto even = [](int q, double density, const Vec3& u) {
+    const double cu = along(q, u);
+    return w(q) * (density - 1.0 + density * (4.5 * cu * cu - 1.5 * u.squaredNorm()));
+  };
+  const Vec3 u = velocity_of(here), u_inside = velocity_of(inside);
+  Populations returned{};
+  for (int q = 1; q < Q; ++q) {
+    if ((outlet.out >> q & 1U) == 0) continue;
+    const auto at = static_cast<std::size_t>(q);
+    const double departs = 0.5 * (inside[at] + inside[static_cast<std::size_t>(opposite(q))]) -
+                           even(q, 1.0 + density_deviation(inside), u_inside);
+    returned[at] = 2.0 * even(q, outlet.density, u) + (2.0 - 1.0 / relaxation_time) * departs;
+  }
+  return returned;
 }
 
 std::vector<bool> inside_of(const Spec& spec) {
@@ -91,6 +176,25 @@ std::vector<CutLink> links_of(const Spec& spec, const std::vector<bool>& is_obst
     }
   }
   return links;
+}
+
+std::vector<Shore> shores_of(const Spec& spec, const std::vector<bool>& is_obstacle) {
+  std::vector<Shore> links;
+  for (const CutLink& link : links_of(spec, is_obstacle)) {
+    const bool from_inside = is_obstacle[static_cast<std::size_t>(link.node)];
+    links.push_back(from_inside ? Shore{link.beyond, 1U << opposite(link.q)}
+                                : Shore{link.node, 1U << link.q});
+  }
+  std::sort(links.begin(), links.end(), [](const Shore& a, const Shore& b) { return a.node < b.node; });
+  std::vector<Shore> shores;
+  for (const Shore& link : links) {
+    if (!shores.empty() && shores.back().node == link.node) {
+      shores.back().cut |= link.cut;
+    } else {
+      shores.push_back(link);
+    }
+  }
+  return shores;
 }
 
 }  // namespace veriflex::fluid

@@ -54,14 +54,43 @@ std::vector<std::int64_t> outside_of_obstacle(const Spec& spec);
 /// Links between the obstacle and the fluid; those that cross a wall are the sweep's own matter.
 std::vector<CutLink> links_of(const Spec& spec, const std::vector<bool>& is_obstacle);
 
-/// 6 w c.u_wall, what a moving wall adds to the population q that comes back to `node`.
+/// 6 w c.u, what a moving wall or an inflow adds to the population q that comes back to `node`.
 struct Gain {
   std::int64_t node;
   int q;
   double value;
+  const Inflow* inflow;  // whose share has risen, or none; of the Spec that the gains are of
 };
 
-/// Of all walls that move, in the order of the nodes.
+/// Of all walls that move and all inflows, in the order of the nodes.
 std::vector<Gain> gains_of(const Spec& spec);
+
+/// Links of a node that lead out of the box; bit q of `out`: along c(q).
+struct Outlet {
+  std::int64_t node, inner;  // and the next one inwards, or the node itself
+  unsigned out;
+  double density;
+};
+
+/// All nodes beside an outflow, outside of the obstacle, in their order.
+std::vector<Outlet> outlets_of(const Spec& spec, const std::vector<bool>& is_obstacle);
+
+/// What anti-bounce-back adds to minus the populations that leave along each c(q) of `out`: twice the even
+/// part of the equilibrium of the outflow's density and the node's velocity, and 2 - omega times what the
+/// even part of the inner node departs from its own equilibrium by. Without that the outflow would be free of
+/// shear; of the node itself it would be unstable. `here`, `inside`: populations of the node and the inner
+/// one before the step.
+/// [ginzburg-2008]
+Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside,
+                        double relaxation_time);
+
+/// A fluid node beside the obstacle; bit q of `cut`: the link along c(q) leads into it.
+struct Shore {
+  std::int64_t node;
+  unsigned cut;
+};
+
+/// All of them, in their order.
+std::vector<Shore> shores_of(const Spec& spec, const std::vector<bool>& is_obstacle);
 
 }  // namespace veriflex::fluid

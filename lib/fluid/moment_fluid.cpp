@@ -32,31 +32,6 @@ std::int64_t thread_bytes(const Spec& spec) {
   });
 }
 
-/// A fluid node beside the obstacle; bit q of `cut`: the link along c(q) leads into it.
-struct Shore {
-  std::int64_t node;
-  unsigned cut;
-};
-
-std::vector<Shore> shores_of(const Spec& spec, const std::vector<bool>& is_obstacle) {
-  std::vector<Shore> links;
-  for (const CutLink& link : links_of(spec, is_obstacle)) {
-    const bool from_inside = is_obstacle[static_cast<std::size_t>(link.node)];
-    links.push_back(from_inside ? Shore{link.beyond, 1U << opposite(link.q)}
-                                : Shore{link.node, 1U << link.q});
-  }
-  std::sort(links.begin(), links.end(), [](const Shore& a, const Shore& b) { return a.node < b.node; });
-  std::vector<Shore> shores;
-  for (const Shore& link : links) {
-    if (!shores.empty() && shores.back().node == link.node) {
-      shores.back().cut |= link.cut;
-    } else {
-      shores.push_back(link);
-    }
-  }
-  return shores;
-}
-
 /// The force on one node in the last step.
 struct Push {
   std::int64_t node;
@@ -83,11 +58,14 @@ class MomentFluid final : public Fluid {
     gains_ = gains_of(spec_);
     is_obstacle_ = inside_of(spec_);
     shores_ = shores_of(spec_, is_obstacle_);
+    outlets_ = outlets_of(spec_, is_obstacle_);
+    returned_.resize(outlets_.size());
+    next_returned_.resize(outlets_.size());
     leave_node(lattice_, {}, leaving_obstacle_);
     provide_scratch();
     stop_if_asked("fluid step", 0);
     tell_parts({.nodes = moment_bytes(spec_),
-                .walls = parts::array_bytes(gains_),
+                .walls = parts::array_bytes(gains_, outlets_, returned_, next_returned_),
                 .obstacle = parts::array_bytes(is_obstacle_, shores_)});
   }
 
@@ -130,6 +108,12 @@ class MomentFluid final : public Fluid {
     work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
                     2 * 4 * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
     provide_scratch();
+    for (std::size_t i = 0; i < outlets_.size(); ++i) {
+      const Outlet& outlet = outlets_[i];
+      next_returned_[i] =
+          returned_at(outlet, arriving(outlet.node), arriving(outlet.inner), spec_.relaxation_time);
+    }
+    returned_.swap(next_returned_);
     given_.reset();
     given_part_ = {};
     lattice_.from = copy(present_);
@@ -140,8 +124,9 @@ class MomentFluid final : public Fluid {
     present_ = 1 - present_;
     stepped_ = true;
     ++steps_;
-    for (const Gain& gain : gains_) add(gain.node, gain.q, gain.value);
+    for (const Gain& gain : gains_) add(gain.node, gain.q, gained(gain));
     add(forces);
+    for (std::size_t i = 0; i < outlets_.size(); ++i) let_out(i);
     for (const std::int64_t node : spec_.obstacle) {
       for (std::size_t k = 0; k < 4; ++k) present(node)[stride(k)] = Real(0);
     }
@@ -279,6 +264,26 @@ class MomentFluid final : public Fluid {
     }
   }
 
+  double gained(const Gain& gain) const {
+    return gain.inflow != nullptr ? gain.inflow->risen(steps_) * gain.value : gain.value;
+  }
+
+  /// What leaves a node along q in the last step, with the force on it.
+  double left(std::int64_t node, int q) const {
+    Real H[Q];
+    leave(1 - present_, node, H);
+    return static_cast<double>(H[q]) / moment_scale + kick(q, pushed(node));
+  }
+
+  /// A wall has turned back what leaves across an outflow.
+  void let_out(std::size_t i) {
+    const std::int64_t node = outlets_[i].node;
+    for (int q = 1; q < Q; ++q) {
+      if ((outlets_[i].out >> q & 1U) == 0) continue;
+      add(node, opposite(q), returned_[i][static_cast<std::size_t>(q)] - 2.0 * left(node, q));
+    }
+  }
+
   /// What leaves a node of one of the copies.
   void leave(int which, std::int64_t node, Real (&H)[Q]) const {
     const Real* const from = at(which, node);
@@ -309,15 +314,20 @@ class MomentFluid final : public Fluid {
           direction = q;
         }
       }
-      Real H[Q];
-      leave(1 - present_, source, H);
-      h[static_cast<std::size_t>(q)] =
-          static_cast<double>(H[direction]) / moment_scale + kick(direction, pushed(source));
+      h[static_cast<std::size_t>(q)] = left(source, direction);
     }
     for (auto gain = std::lower_bound(gains_.begin(), gains_.end(), node,
                                       [](const Gain&a, std::int64_t b) { return a.node < b; });
          gain != gains_.end() && gain->node == node; ++gain) {
-      h[static_cast<std::size_t>(gain->q)] += gain->value;
+      h[static_cast<std::size_t>(gain->q)] += gained(*gain);
+    }
+    const auto outlet = std::lower_bound(outlets_.begin(), outlets_.end(), node,
+                                         [](const Outlet& a, std::int64_t b) { return a.node < b; });
+    if (outlet == outlets_.end() || outlet->node != node) return h;
+    const Populations& returned = returned_[static_cast<std::size_t>(outlet - outlets_.begin())];
+    for (int q = 1; q < Q; ++q) {
+      double& back = h[static_cast<std::size_t>(opposite(q))];
+      if ((outlet->out >> q & 1U) != 0) back = returned[static_cast<std::size_t>(q)] - back;
     }
     return h;
   }
@@ -400,7 +410,9 @@ class MomentFluid final : public Fluid {
   std::vector<Shore> shores_;
   Real leaving_obstacle_[Q];
   std::vector<Gain> gains_;
-  std::vector<Push> pushes_;  // of the last step, in the order of the nodes
+  std::vector<Outlet> outlets_;
+  std::vector<Populations> returned_, next_returned_;  // of each, in the last step and the one to come
+  std::vector<Push> pushes_;                           // of the last step, in the order of the nodes
 };
 
 }  // namespace

@@ -48,13 +48,16 @@ class PopulationFluid final : public Fluid {
     for (std::int64_t x = 0; x < lattice_.nx; ++x) place_.push_back(lattice_.place(x));
     gains_ = gains_of(spec_);
     is_obstacle_ = inside_of(spec_);
+    outlets_ = outlets_of(spec_, is_obstacle_);
+    returned_.resize(outlets_.size());
+    next_returned_.resize(outlets_.size());
     for (const CutLink& link : links_of(spec_, is_obstacle_)) {
       links_.push_back({slot(opposite(link.q), link.node) - base(), slot(link.q, link.beyond) - base()});
     }
     start([](std::int64_t) { return Populations{}; });
     const auto ends = static_cast<double>(end_bytes(spec_));
     tell_parts({.nodes = population_bytes(spec_) - ends,
-                .walls = ends + parts::array_bytes(gains_),
+                .walls = ends + parts::array_bytes(gains_, outlets_, returned_, next_returned_),
                 .obstacle = parts::array_bytes(is_obstacle_, links_)});
   }
 
@@ -74,6 +77,12 @@ class PopulationFluid final : public Fluid {
     stop_if_asked("fluid step", steps_ + 1);
     work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
                     2 * Q * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
+    for (std::size_t i = 0; i < outlets_.size(); ++i) {
+      const Outlet& outlet = outlets_[i];
+      next_returned_[i] =
+          returned_at(outlet, arriving(outlet.node), arriving(outlet.inner), spec_.relaxation_time);
+    }
+    returned_.swap(next_returned_);
     sweep(lattice_, odd());
     stop_if_asked("fluid step", steps_ + 1);  // a sweep that saw it is not whole
     add(forces);
@@ -84,7 +93,11 @@ class PopulationFluid final : public Fluid {
       const SlotPair& pair = links_[static_cast<std::size_t>(i)];
       std::swap(*(base() + pair.first), *(base() + pair.second));
     }
-    for (const Gain& gain : gains_) *arriving(gain.q, gain.node) += static_cast<Real>(gain.value);
+    for (const Gain& gain : gains_) {
+      const double risen = gain.inflow != nullptr ? gain.inflow->risen(steps_) : 1.0;
+      *arriving(gain.q, gain.node) += static_cast<Real>(risen * gain.value);
+    }
+    for (std::size_t i = 0; i < outlets_.size(); ++i) let_out(i);
   }
 
   void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
@@ -233,6 +246,15 @@ class PopulationFluid final : public Fluid {
     };
   }
 
+  /// A wall has turned back what leaves across an outflow.
+  void let_out(std::size_t i) {
+    for (int q = 1; q < Q; ++q) {
+      if ((outlets_[i].out >> q & 1U) == 0) continue;
+      Real& h = *arriving(opposite(q), outlets_[i].node);
+      h = static_cast<Real>(returned_[i][static_cast<std::size_t>(q)]) - h;
+    }
+  }
+
   /// Between the sweep and the exchange of cut links, a population that left `node` along q stands where its
   /// target would find it without obstacles.
   void add(const NodeForces& forces) {
@@ -258,6 +280,8 @@ class PopulationFluid final : public Fluid {
   std::vector<bool> is_obstacle_;    // empty without one
   std::vector<SlotPair> links_;
   std::vector<Gain> gains_;
+  std::vector<Outlet> outlets_;
+  std::vector<Populations> returned_, next_returned_;  // of each, in the last step and the one to come
 };
 
 }  // namespace

@@ -82,13 +82,16 @@ struct Step {
   /// `law` by value: no store of a population can change it then.
   template <class Force, bool beside>
   [[gnu::noinline]] static void along(const Collision<Real> law, const Row<Real>& row, std::int64_t n) {
-    if (n == 1) {
-      nodes<Force, beside, true, true>(law, row, 0, 1);
-      return;
+    if constexpr (!odd && !closed) {  // nothing crosses the ends of a row
+      for (std::int64_t i = 0; i < n; ++i) nodes<Force, beside, false, false>(law, row, i, n);
+    } else {
+      if constexpr (lanes == 1) {
+        if (n == 1) return nodes<Force, beside, true, true>(law, row, 0, 1);
+      }
+      nodes<Force, beside, true, false>(law, row, 0, n);
+      for (std::int64_t i = 1; i < n - 1; ++i) nodes<Force, beside, false, false>(law, row, i, n);
+      nodes<Force, beside, false, true>(law, row, n - 1, n);
     }
-    nodes<Force, beside, true, false>(law, row, 0, n);
-    for (std::int64_t i = 1; i < n - 1; ++i) nodes<Force, beside, false, false>(law, row, i, n);
-    nodes<Force, beside, false, true>(law, row, n - 1, n);
   }
 
   static std::int64_t wrap(std::int64_t at, std::int64_t size) {
@@ -143,11 +146,13 @@ struct Step {
     const std::int64_t n = lattice.nx / lanes;
     for (std::int64_t y = 0; y < lattice.ny; ++y) {
       const Row<Real> row = row_at(lattice, y, z);
-      if (odd && row.back != 0) {
-        along<Force, true>(lattice.law, row, n);
-      } else {
-        along<Force, false>(lattice.law, row, n);
+      if constexpr (odd) {
+        if (row.back != 0) {
+          along<Force, true>(lattice.law, row, n);
+          continue;
+        }
       }
+      along<Force, false>(lattice.law, row, n);
     }
   }
 
@@ -196,7 +201,7 @@ void choose(const Lattice<Real>& lattice, bool odd) {
 template <class Real>
 int lanes_for(std::int64_t nx) {
   int lanes = max_lanes<Real>;
-  while (nx % lanes != 0) lanes /= 2;
+  while (lanes > 1 && (nx % lanes != 0 || nx == lanes)) lanes /= 2;  // a row of vectors has two ends
   return lanes;
 }
 

@@ -44,7 +44,7 @@ struct Lattice {
   std::int64_t row(std::int64_t y, std::int64_t z) const { return nx * (y + ny * z); }
 };
 
-/// The most lanes that the machine has and nx can be divided into.
+/// The most lanes that the machine has and nx can be divided into, in two vectors at least.
 template <class Real>
 int lanes_for(std::int64_t nx);
 

@@ -18,7 +18,6 @@ namespace {
 // What stands before the HDF5 structure: a multiple of 512 bytes that is a power of two, which every HDF5
 // library skips ("user block"). The library crashes on some damaged files, so they must not come before it.
 constexpr std::size_t seal_size = 512;
-constexpr std::string_view seal_name = "veriflex-result";
 
 // Files in memory that are open at the same time are told apart by name.
 std::string new_name() {
@@ -26,8 +25,8 @@ std::string new_name() {
   return fmt::format("in-memory-{}", count++);
 }
 
-std::string seal_of(std::string_view structure) {
-  std::string seal = fmt::format("{}\nbytes {}\nsha256 {}\n", seal_name, structure.size(), sha256(structure));
+std::string seal_of(const std::string& name, std::string_view structure) {
+  std::string seal = fmt::format("{}\nbytes {}\nsha256 {}\n", name, structure.size(), sha256(structure));
   seal.resize(seal_size, '\n');
   return seal;
 }
@@ -132,7 +131,7 @@ void Hdf5Image::texts(const std::string& path, const std::vector<std::string>& v
   write_dataset(file_, path, type, type, extent(values.size()), pointers(values).data());
 }
 
-void Hdf5Image::numbers(const std::string& path, const std::vector<double>& values) {
+void Hdf5Image::numbers(const std::string& path, std::span<const double> values) {
   write_dataset(file_, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, extent(values.size()), values.data());
 }
 
@@ -152,7 +151,7 @@ void Hdf5Image::attribute(const std::string& path, const std::string& name,
   write_attribute(file_, path, name, type, type, extent(values.size()), pointers(values).data());
 }
 
-std::vector<char> Hdf5Image::bytes() const {
+std::vector<char> Hdf5Image::bytes(const std::string& name) const {
   check(H5Fflush(file_, H5F_SCOPE_GLOBAL), "the file");
   const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
   if (size < 0) throw std::runtime_error("HDF5 library: cannot read back the file made in memory");
@@ -161,7 +160,7 @@ std::vector<char> Hdf5Image::bytes() const {
   if (H5Fget_file_image(file_, structure, static_cast<std::size_t>(size)) != size) {
     throw std::runtime_error("HDF5 library: cannot read back the file made in memory");
   }
-  const std::string seal = seal_of({structure, static_cast<std::size_t>(size)});
+  const std::string seal = seal_of(name, {structure, static_cast<std::size_t>(size)});
   std::copy(seal.begin(), seal.end(), image.begin());
   return image;
 }
@@ -204,11 +203,12 @@ std::vector<std::string> taken(std::vector<char*>& raw, hid_t type, hid_t space)
 
 }  // namespace
 
-Hdf5File::Hdf5File(const std::filesystem::path& path) : name_(path.string()) {
+Hdf5File::Hdf5File(const std::filesystem::path& path, const std::string& name) : name_(path.string()) {
   H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);  // errors are thrown, not printed
   const std::string seal = read_start(path, seal_size);
-  if (!seal.starts_with(seal_name)) {
-    throw InputError({name_}, "has no checksum in front", "no result file, or one of an earlier version",
+  if (!seal.starts_with(name + '\n')) {
+    throw InputError({name_}, "has no checksum in front",
+                     fmt::format("no {}, or one of an earlier version", name),
                      "Run the case again, or remove the file");
   }
   // Its size first: what is no result may be too large to be read at all.
@@ -216,7 +216,7 @@ Hdf5File::Hdf5File(const std::filesystem::path& path) : name_(path.string()) {
   const auto size = std::filesystem::file_size(path, unknown);
   const bool has_size = seal.find(fmt::format("\nbytes {}\n", size - seal.size())) != std::string::npos;
   std::string bytes = has_size ? read_file(path) : std::string();
-  if (bytes.size() < seal_size || seal != seal_of(std::string_view(bytes).substr(seal_size))) {
+  if (bytes.size() < seal_size || seal != seal_of(name, std::string_view(bytes).substr(seal_size))) {
     throw InputError({name_}, "does not match its checksum", "damaged or truncated",
                      "Run the case again, or remove the file");
   }
@@ -249,6 +249,7 @@ auto read_attribute(const std::string& file_name, hid_t file, const std::string&
 std::vector<std::string> read_texts(hid_t attribute, hid_t space) {
   const Handle type = utf8_text();
   std::vector<char*> raw(size_of(space), nullptr);
+  if (raw.empty()) return {};  // the library refuses a null buffer
   check(H5Aread(attribute, type, raw.data()), "attribute");
   return taken(raw, type, space);
 }
@@ -276,6 +277,38 @@ bool Hdf5File::holds_texts(const std::string& path) const {
     const Handle set(H5Dopen2(file_, path.c_str(), H5P_DEFAULT), H5Dclose, path);
     const Handle stored(H5Dget_type(set), H5Tclose, path);
     return H5Tget_class(stored) == H5T_STRING;
+  });
+}
+
+bool Hdf5File::holds(const std::string& path) const {
+  return reading(name_, path, [&] {
+    // Each group on the way must be there: the library takes a missing one for an error.
+    for (std::size_t end = path.find('/', 1); end != std::string::npos; end = path.find('/', end + 1)) {
+      if (H5Lexists(file_, path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
+    }
+    return H5Lexists(file_, path.c_str(), H5P_DEFAULT) > 0;
+  });
+}
+
+bool Hdf5File::has_attribute(const std::string& path, const std::string& name) const {
+  return H5Aexists_by_name(file_, path.c_str(), name.c_str(), H5P_DEFAULT) > 0;
+}
+
+std::vector<std::string> Hdf5File::names(const std::string& path) const {
+  return reading(name_, path, [&] {
+    const Handle group(H5Gopen2(file_, path.c_str(), H5P_DEFAULT), H5Gclose, path);
+    H5G_info_t info{};
+    check(H5Gget_info(group, &info), path);
+    std::vector<std::string> names;
+    for (hsize_t i = 0; i < info.nlinks; ++i) {
+      const auto name = [&](char* to, std::size_t size) {
+        return H5Lget_name_by_idx(group, ".", H5_INDEX_NAME, H5_ITER_INC, i, to, size, H5P_DEFAULT);
+      };
+      std::string& one =
+          names.emplace_back(static_cast<std::size_t>(std::max<ssize_t>(0, name(nullptr, 0))), ' ');
+      if (name(one.data(), one.size() + 1) < 0) throw std::runtime_error("a link without a name");
+    }
+    return names;
   });
 }
 

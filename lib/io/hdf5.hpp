@@ -4,10 +4,15 @@
 #include <cstdint>
 #include <filesystem>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace veriflex::io {
+
+/// The first line of a file, which says what it is.
+inline const std::string result_seal = "veriflex-result";
+inline const std::string checkpoint_seal = "veriflex-checkpoint";
 
 /// The file being made. Paths are absolute ("/records/potential"); groups on the way to a data set are made
 /// as needed. Identical calls give identical bytes: no times are stored. Every function throws
@@ -23,7 +28,7 @@ class Hdf5Image {
   void group(const std::string& path);
   void text(const std::string& path, const std::string& value);
   void texts(const std::string& path, const std::vector<std::string>& values);
-  void numbers(const std::string& path, const std::vector<double>& values);
+  void numbers(const std::string& path, std::span<const double> values);
 
   /// Attributes of the group or data set at `path`, which must exist ("/" always does).
   void attribute(const std::string& path, const std::string& name, const std::string& value);
@@ -31,7 +36,7 @@ class Hdf5Image {
   void attribute(const std::string& path, const std::string& name, const std::vector<std::string>& values);
 
   /// The bytes of the file so far: 512 bytes with the SHA-256 of what follows, then the HDF5 structure.
-  std::vector<char> bytes() const;
+  std::vector<char> bytes(const std::string& seal = result_seal) const;
 
  private:
   std::int64_t file_;
@@ -41,7 +46,7 @@ class Hdf5Image {
 /// was not made by Hdf5Image, is damaged, or lacks what is asked for.
 class Hdf5File {
  public:
-  explicit Hdf5File(const std::filesystem::path& path);
+  explicit Hdf5File(const std::filesystem::path& path, const std::string& seal = result_seal);
   ~Hdf5File();
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
@@ -52,6 +57,10 @@ class Hdf5File {
   std::vector<std::string> texts(const std::string& path) const;
   std::vector<double> numbers(const std::string& path) const;
   bool holds_texts(const std::string& path) const;
+  bool holds(const std::string& path) const;
+  bool has_attribute(const std::string& path, const std::string& name) const;
+  /// The groups and data sets in a group, by name.
+  std::vector<std::string> names(const std::string& group) const;
 
  private:
   std::string name_;

@@ -29,6 +29,10 @@ class BodyCheck {
   /// Throws NumericalFailure (FailureMode::Energy, ::Unphysical) with step and place.
   void look(std::int64_t step);
 
+  /// Largest work of the dead load so far, all that later looks depend on beside the body  [M L^2 T^-2].
+  double load_work() const { return load_work_; }
+  void restore(double load_work) { load_work_ = load_work; }
+
  private:
   /// Three bonds that begin at one node and span a volume  [L^3].
   struct CellCorner {

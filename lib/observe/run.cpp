@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/reduce.hpp"
 #include "observe/interrupted.hpp"
 #include "scene/contact.hpp"
 
@@ -66,6 +67,22 @@ void Run::finish() {
   });
 }
 
+Run::State Run::state() const {
+  State state{checked_, good_, good_nodes_, {}, {}};
+  for (const BodyCheck& body : body_checks_) state.load_work.push_back(body.load_work());
+  for (const auto& [i, j] : warned_) state.warned.push_back({i, j});
+  return state;
+}
+
+void Run::restore(const State& state) {
+  checked_ = state.checked;
+  good_ = state.good;
+  good_nodes_ = state.good_nodes;
+  for (std::size_t i = 0; i < body_checks_.size(); ++i) body_checks_[i].restore(state.load_work[i]);
+  warned_.clear();
+  for (const auto& [i, j] : state.warned) warned_.insert({i, j});
+}
+
 void Run::observe(bool at_end) {
   const std::int64_t step = simulation_.steps();
   for (const Observer& observer : observers_) {
@@ -78,7 +95,9 @@ void Run::observe(bool at_end) {
 void Run::check_now() {
   const std::int64_t step = simulation_.steps();
   if (simulation_.has_fluid()) {
-    good_ = last_good(step, check(simulation_.fluid(), spec_));
+    const fluid::Extremes seen = check(simulation_.fluid(), spec_);
+    max_mach_ = worse(max_mach_, seen.max_speed / std::sqrt(fluid::sound_speed_squared));
+    good_ = last_good(step, seen);
   } else {
     good_ = {last_good_step(step)};
   }

@@ -1,6 +1,7 @@
 /// The run of a scene: its steps, what is observed of them, and the monitor over both.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <set>
 #include <string>
@@ -42,6 +43,21 @@ class Run {
   /// After the last step: what was not checked yet is.
   void finish();
 
+  /// Largest Mach number that its checks saw; 0 without a fluid.
+  double max_mach() const { return max_mach_; }
+
+  /// What a run knows beside its simulation, its records and what its series keep, between two steps; and
+  /// back to one of the same scene.
+  struct State {
+    std::int64_t checked;  // step of the last check, and what it found
+    std::vector<Metric> good;
+    std::vector<Positions> good_nodes;               // of each body
+    std::vector<double> load_work;                   // of each body whose energy is looked at  [M L^2 T^-2]
+    std::vector<std::array<std::size_t, 2>> warned;  // bodies whose contact was reported
+  };
+  State state() const;
+  void restore(const State& state);
+
   /// Ends the run for a reason of the caller's own, with the last good state.
   [[noreturn]] void interrupt(const NumericalFailure& why) const;
 
@@ -59,6 +75,7 @@ class Run {
   Progress& progress_;
   std::int64_t ended_ = -1;  // step after which all were called
   std::int64_t checked_ = -1;
+  double max_mach_ = 0.0;
   std::vector<Metric> good_;
   std::vector<Positions> good_nodes_;                     // of each body
   std::vector<BodyCheck> body_checks_;                    // none without limits

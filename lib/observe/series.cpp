@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <optional>
 
 #include "base/reduce.hpp"
 
@@ -87,29 +86,27 @@ Series momentum(const scene::Scene& scene) {
                        (scene.fluid && !scene.fluid->obstacle.empty());
   if (bounded) {
     add_vector(series.columns, "walls", dimension,
-               "impulse of walls and obstacle on the fluid since the start");
+               "impulse of walls, openings and obstacle on the fluid since the start");
   }
-  // What entered the fluid since the start from elsewhere than walls, and its momentum then.
-  struct Balance {
-    std::optional<Vec3> start;
-    Vec3 entered = Vec3::Zero();
-  };
-  const auto balance = std::make_shared<Balance>();
+  // The fluid's momentum at the start, and what entered it since from elsewhere than walls: six numbers, none
+  // before the start.
+  const auto balance = std::make_shared<std::vector<double>>();
   Vec3 per_step = Vec3::Zero();
   if (scene.fluid) {
     per_step = scene.fluid->body_force *
                static_cast<double>(scene.fluid->grid.count() - std::ssize(scene.fluid->obstacle));
   }
   if (bounded) {
+    series.memory = balance;
     series.every_step = [balance, per_step](const Simulation& simulation) {
-      if (!balance->start) {
-        balance->start = simulation.fluid().totals().momentum;
+      if (balance->empty()) {
+        add(*balance, simulation.fluid().totals().momentum);
+        add(*balance, Vec3::Zero());
         return;
       }
-      balance->entered += per_step;
-      for (std::size_t i = 0; i < simulation.body_count(); ++i) {
-        balance->entered -= exchanged(simulation.body(i));
-      }
+      Eigen::Map<Vec3> entered(balance->data() + 3);
+      entered += per_step;
+      for (std::size_t i = 0; i < simulation.body_count(); ++i) entered -= exchanged(simulation.body(i));
     };
   }
   series.row = [balance, bounded](const Simulation& simulation) {
@@ -126,7 +123,10 @@ Series momentum(const scene::Scene& scene) {
       total += body.momentum();
     });
     add(row, total);
-    if (bounded) add(row, fluid - *balance->start - balance->entered);
+    if (bounded) {
+      const Eigen::Map<const Vec3> start(balance->data()), entered(balance->data() + 3);
+      add(row, fluid - start - entered);
+    }
     return row;
   };
   return series;
@@ -147,22 +147,24 @@ Series forces(const scene::Scene& scene) {
     add_vector(series.columns, body.name + "_support", force, "of what holds or drives it");
     supported = true;
   }
-  // Momentum of each body before the last step and after it.
-  struct Moments {
-    std::vector<Vec3> before, now;
-  };
-  const auto moments = std::make_shared<Moments>();
+  const bool obstacle = scene.fluid && !scene.fluid->obstacle.empty();
+  if (obstacle) add_vector(series.columns, "obstacle_fluid", force, "of the fluid on its obstacle");
+  // Momentum of each body before the last step, then after it.
+  const auto moments = std::make_shared<std::vector<double>>();
   if (supported) {
+    series.memory = moments;
     series.every_step = [moments](const Simulation& simulation) {
-      moments->before.swap(moments->now);
-      moments->now.clear();
-      for (std::size_t i = 0; i < simulation.body_count(); ++i)
-        moments->now.push_back(simulation.body(i).momentum());
+      const std::size_t count = 3 * simulation.body_count();
+      moments->resize(2 * count);
+      std::copy_n(moments->begin() + static_cast<std::ptrdiff_t>(count), count, moments->begin());
+      moments->resize(count);
+      for (std::size_t i = 0; i < simulation.body_count(); ++i) add(*moments, simulation.body(i).momentum());
     };
   }
-  series.row = [moments, is_supported](const Simulation& simulation) {
+  series.row = [moments, is_supported, obstacle](const Simulation& simulation) {
     std::vector<double> row;
-    for (std::size_t i = 0; i < simulation.body_count(); ++i) {
+    const std::size_t bodies = simulation.body_count();
+    for (std::size_t i = 0; i < bodies; ++i) {
       const MovingBody& body = simulation.body(i);
       Vec3 fluid = Vec3::Zero();
       if (body.is_coupled()) {
@@ -170,11 +172,13 @@ Series forces(const scene::Scene& scene) {
         add(row, fluid);
       }
       if (!body.is_elastic() || !is_supported(body.solid().conditions())) continue;
-      Vec3 support = moments->now[i] - moments->before[i] - fluid;
+      const Eigen::Map<const Vec3> before(moments->data() + 3 * i), now(before.data() + 3 * bodies);
+      Vec3 support = now - before - fluid;
       if (body.solid().conditions().load.size() > 0)
         support -= body.solid().conditions().load.colwise().sum().transpose();
       add(row, support);
     }
+    if (obstacle) add(row, fluid::force_on_obstacle(simulation.fluid()));
     return row;
   };
   return series;
@@ -217,26 +221,30 @@ Series rigid_motion(const scene::Scene& scene) {
     add_vector(series.columns, body.name + "_omega", "T^-1", "angular velocity");
     add_vector(series.columns, body.name + "_turn", "1", "how far it has turned since the start");
   }
-  const auto turned = std::make_shared<std::vector<Vec3>>();  // empty before the start
+  const auto turned = std::make_shared<std::vector<double>>();  // empty before the start
+  series.memory = turned;
   series.every_step = [turned](const Simulation& simulation) {
     const bool first = turned->empty();
-    std::size_t at = 0;
+    double* at = turned->data();
     for_elastic(simulation, [&](const MovingBody& body) {
       if (first) {
-        turned->push_back(Vec3::Zero());
+        add(*turned, Vec3::Zero());
       } else {
-        (*turned)[at++] += angular_velocity(body);
+        Eigen::Map<Vec3> turn(at);
+        turn += angular_velocity(body);
+        at += 3;
       }
     });
   };
   series.row = [turned](const Simulation& simulation) {
     std::vector<double> row;
-    std::size_t at = 0;
+    const double* at = turned->data();
     for_elastic(simulation, [&](const MovingBody& body) {
       add(row, body.positions().colwise().mean().transpose());
       add(row, body.solid().half_velocity().colwise().mean().transpose());
       add(row, angular_velocity(body));
-      add(row, (*turned)[at++]);
+      row.insert(row.end(), at, at + 3);
+      at += 3;
     });
     return row;
   };
@@ -281,6 +289,7 @@ Series strains(const scene::Scene& scene) {
         {body.name + "_max", "", "1", "largest strain of a bond since the last row", {}});
   }
   const auto extremes = std::make_shared<std::vector<double>>();  // empty: none since the last row
+  series.memory = extremes;
   series.every_step = [extremes](const Simulation& simulation) {
     const bool first = extremes->empty();
     std::size_t at = 0;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -19,6 +20,8 @@ struct Series {
   bool from_start = true;
   /// What must see the start and every step, due or not; empty: nothing.
   std::function<void(const scene::Simulation&)> every_step{};
+  /// What it keeps from one call to the next: put back, a series goes on bit by bit; null: nothing.
+  std::shared_ptr<std::vector<double>> memory{};
 };
 
 /// Kinetic energy of each body that moves by its own forces, with the velocity now, its potential energy,
@@ -26,12 +29,12 @@ struct Series {
 Series energies(const scene::Scene& scene);
 
 /// Momentum of the fluid, of each body that moves by its own forces (with the velocity that leap-frog
-/// carries) and of all together; where the box has walls or an obstacle also the impulse that these gave to
-/// the fluid since the start, which is what is left of the fluid's balance.
+/// carries) and of all together; where the box has walls, openings or an obstacle also the impulse that these
+/// gave to the fluid since the start, which is what is left of the fluid's balance.
 Series momentum(const scene::Scene& scene);
 
 /// Force of the last step on each body: of the fluid, and of what holds or drives it, which is what is left
-/// of the body's balance.
+/// of the body's balance; and that of the fluid on its obstacle.
 Series forces(const scene::Scene& scene);
 
 /// Each body that moves by its own forces as a rigid one: its centre of mass and that one's velocity, its

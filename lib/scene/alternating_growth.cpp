@@ -27,17 +27,6 @@ constexpr double overflow =
     1e100;  // of a matrix: beyond, its norm is all that is known, and all that is asked
 constexpr double farthest_growth = 1e6;  // per step; beyond, the factor is not looked for more closely
 
-/// K and A, for Lanczos' method.
-struct SparseProduct {
-  using Scalar = double;
-  const Sparse& matrix;
-  Eigen::Index rows() const { return matrix.rows(); }
-  Eigen::Index cols() const { return matrix.cols(); }
-  void perform_op(const double* x, double* y) const {
-    Eigen::Map<Vector>(y, rows()) = matrix * Eigen::Map<const Vector>(x, rows());
-  }
-};
-
 double largest_of(const Sparse& matrix, const char* what) {
   if (matrix.rows() == 0) return 0.0;
   const double norm = solid::infinity_norm(matrix);
@@ -47,8 +36,8 @@ double largest_of(const Sparse& matrix, const char* what) {
         .eigenvalues()
         .maxCoeff();
   }
-  SparseProduct product{matrix};
-  return solid::largest_eigenvalue(product, tolerance, what);
+  const auto product = [&](const Vector& x) -> Vector { return matrix * x; };
+  return solid::largest_eigenvalue(product, matrix.rows(), tolerance, what);
 }
 
 /// g(K) for a function g that is smooth over [0, stiffest], as a series of Chebyshev polynomials.
@@ -84,19 +73,6 @@ class FunctionOfStiffness {
   const Sparse& K_;
   double stiffest_;
   std::vector<double> terms_;
-};
-
-/// Q^(1/2) [...] Q^(1/2) of the head of the file, L^T [...] L in truth.
-template <class Exchange>
-struct MarkerProduct {
-  using Scalar = double;
-  Eigen::Index size;
-  const Exchange& apply;
-  Eigen::Index rows() const { return size; }
-  Eigen::Index cols() const { return size; }
-  void perform_op(const double* x, double* y) const {
-    Eigen::Map<Vector>(y, size) = apply(Vector(Eigen::Map<const Vector>(x, size)));
-  }
 };
 
 /// Q of one axis, as the rounds of forcing build it.
@@ -157,15 +133,15 @@ double AlternatingGrowth::excess(double rho) const {
     return y;
   };
   const bool plain = root_of_Q_.size() == 0;
-  const auto apply = [&](const Vector& x) {
+  // Q^(1/2) [...] Q^(1/2) of the head of the file, L^T [...] L in truth.
+  const auto product = [&](const Vector& x) -> Vector {
     const Vector force = plain ? Vector(std::sqrt(step_.marker_volume()) * x) : each_axis(root_of_Q_, x);
     Vector velocity = step_.at_markers(mobility(step_.at_coordinates(force)));
     if (step_.memory() == FluidMemory::Keeps) velocity += step_.exchanged(force) / (rho + 1.0);
     return plain ? Vector(std::sqrt(step_.marker_volume()) * velocity)
                  : each_axis(root_of_Q_.transpose(), velocity);
   };
-  MarkerProduct<decltype(apply)> product{3 * markers, apply};
-  return solid::largest_eigenvalue(product, tolerance, "growth of the exchange") - 1.0;
+  return solid::largest_eigenvalue(product, 3 * markers, tolerance, "growth of the exchange") - 1.0;
 }
 
 double AlternatingGrowth::factor() const {

@@ -100,6 +100,21 @@ std::string describe_walls(const fluid::Spec& spec) {
   return closed;
 }
 
+std::string describe_openings(const fluid::Spec& spec) {
+  std::string open;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t end = 0; spec.walls[axis] && end < 2; ++end) {
+      const auto& opening = spec.walls[axis]->openings[end];
+      if (std::holds_alternative<std::monostate>(opening)) continue;
+      open += fmt::format("; {} at the {} end of {}",
+                          std::holds_alternative<fluid::Inflow>(opening) ? "inflow of given velocity"
+                                                                         : "outflow of given density",
+                          end == 0 ? "low" : "high", "xyz"[axis]);
+    }
+  }
+  return open;
+}
+
 void plan_fluid(const fluid::Spec& spec, bool initial_flow, bool uniform_force, Plan& plan) {
   fluid::require_memory(spec);
   const auto [nx, ny, nz] = spec.grid.size;
@@ -122,7 +137,10 @@ void plan_fluid(const fluid::Spec& spec, bool initial_flow, bool uniform_force, 
     plan.left_out.push_back({"walls", "the box is periodic: no list of cut links", Kind::Walls});
   } else {
     plan.built.push_back(
-        {"walls", fmt::format("half-way bounce-back at both ends of {}", closed), 0.0, {Kind::Walls}});
+        {"walls",
+         fmt::format("half-way bounce-back at both ends of {}{}", closed, describe_openings(spec)),
+         0.0,
+         {Kind::Walls}});
   }
   if (spec.has_obstacle()) {
     plan.built.push_back({"obstacle",

@@ -48,7 +48,12 @@ Scene at_rest(Scene scene) {
     scene.fluid->body_force.setZero();
     scene.fluid->representation = fluid::Representation::Populations;  // these are what is perturbed
     for (auto& walls : scene.fluid->walls) {
-      if (walls) walls = fluid::Walls{};
+      if (!walls) continue;
+      walls->low_velocity = walls->high_velocity = Vec3::Zero();
+      for (auto& opening : walls->openings) {
+        if (std::holds_alternative<fluid::Inflow>(opening)) opening = fluid::Inflow{Vec3::Zero()};
+        if (std::holds_alternative<fluid::Outflow>(opening)) opening = fluid::Outflow{};
+      }
     }
   }
   for (Body& body : scene.bodies) {

@@ -1,8 +1,5 @@
 #include "solid/modes.hpp"
 
-#include <Spectra/MatOp/SparseSymMatProd.h>
-#include <Spectra/MatOp/SparseSymShiftSolve.h>
-#include <Spectra/SymEigsShiftSolver.h>
 #include <fmt/format.h>
 
 #include <Eigen/Eigenvalues>
@@ -28,11 +25,6 @@ constexpr Eigen::Index dense_size = 200;
 
 double frequency(double eigenvalue, double node_mass) {
   return std::copysign(std::sqrt(std::abs(eigenvalue) / node_mass), eigenvalue);
-}
-
-[[noreturn]] void fail_to_converge(const char* what) {
-  throw NumericalFailure(fmt::format("{} not found after {} Lanczos restarts", what, lanczos_restarts),
-                         FailureMode::NotConverged);
 }
 
 /// Assembly holds every entry twice, once per contribution and once kept.
@@ -74,9 +66,11 @@ double largest_frequency(const Material& material, const Network& network, const
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> all(Eigen::MatrixXd(h), Eigen::EigenvaluesOnly);
     return frequency(largest(all.eigenvalues()), node_mass);
   }
-  Spectra::SparseSymMatProd<double> product(h);
   if (infinity_norm(h) == 0.0) return 0.0;
-  return frequency(largest_eigenvalue(product, tolerance, "largest frequency"), node_mass);
+  const auto product = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {
+    return h.selfadjointView<Eigen::Lower>() * x;
+  };
+  return frequency(largest_eigenvalue(product, h.rows(), tolerance, "largest frequency"), node_mass);
 }
 
 Eigen::VectorXd lowest_frequencies(const Material& material, const Network& network, const Positions& u,
@@ -90,13 +84,15 @@ Eigen::VectorXd lowest_frequencies(const Material& material, const Network& netw
   } else {
     // A shift just below zero: never singular for a stable state, and near the modes that are wanted.
     const double shift = -1e-9 * h.norm();
-    Spectra::SparseSymShiftSolve<double> solve(h);
-    Spectra::SymEigsShiftSolver<Spectra::SparseSymShiftSolve<double>> solver(solve, wanted,
-                                                                             std::max(40, 3 * wanted), shift);
-    solver.init();
-    solver.compute(Spectra::SortRule::LargestMagn, lanczos_restarts, tolerance);
-    if (solver.info() != Spectra::CompInfo::Successful) fail_to_converge("lowest frequencies");
-    eigenvalues = solver.eigenvalues();
+    Sparse shifted = h;
+    shifted.diagonal().array() -= shift;
+    const Cholesky factor(shifted);
+    if (factor.info() != Eigen::Success)
+      throw NumericalFailure("lowest frequencies: the Hessian is singular");
+    const auto solve = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd { return factor.solve(x); };
+    eigenvalues =
+        largest_eigenvalues(solve, h.rows(), wanted, tolerance, "lowest frequencies").cwiseInverse().array() +
+        shift;
     std::sort(eigenvalues.begin(), eigenvalues.end());
   }
   return eigenvalues.unaryExpr([&](double e) { return frequency(e, node_mass); });

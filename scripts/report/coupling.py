@@ -21,8 +21,8 @@ from report.drawing import (
 
 
 def coupling_boundary(result, record):
-    """Least stable node mass point by point: runs, and the linearised exchange with and without the fluid's memory."""
-    columns = ("point", "predicted", "forgetful", "measured", "ratio")
+    """Least stable node mass, variant by variant: runs, and the linearised exchange with and without the fluid's memory."""
+    columns = ("predicted", "forgetful", "measured", "ratio")
     if not drawable(record, *columns):
         return None
     drawing, (axes, ratio) = canvas(2, height=5.4, sharex=True, gridspec_kw={"height_ratios": [2, 1]})
@@ -34,23 +34,15 @@ def coupling_boundary(result, record):
     handles += axes.plot(x, record["forgetful"], "D", label="map, the fluid forgets", **hollow)
     handles += axes.plot(x, record["measured"], "o", color="C0", markersize=3.5, label="runs")
     axes.set_ylabel("smallest stable node mass m [M]")
-    axes.set_ylim(0, 1.08 * extent(np.concatenate([record[name] for name in columns[1:4]]))[1] or 1.0)
+    axes.set_ylim(0, 1.08 * extent(np.concatenate([record[name] for name in columns[:3]]))[1] or 1.0)
     legend_above(axes, handles)
     ratio.axhline(1.0, **MARK)
     ratio.plot(x, record["ratio"], "o", color="C0")
     ratio.set_ylabel("runs / map [1]")
-    names = [
-        metric.name.removeprefix("measured_").replace("_", " ")
-        for metric in result.metrics
-        if metric.name.startswith("measured_")
-    ]
-    if len(names) == len(record):
-        ratio.set_xticks(x, names)
-    else:
-        ratio.set_xticks(x)
+    ratio.set_xticks(x, [str(name).replace("_", " ") for name in record["variant"]])
     ratio.set_xlim(-0.5, len(record) - 0.5)
     ratio.margins(y=0.15)
-    ratio.set_xlabel("way of coupling: name of the point")
+    ratio.set_xlabel("way of coupling")
     caption = (
         "Smallest node mass at which the coupling of a rod to the fluid is stable: below it perturbations grow. "
         "The map is one step, linearised, without the fluid's own motion."
@@ -133,55 +125,24 @@ def delta_scan(result, record):
 
 
 def array_drag(result, record):
-    """Drag of arrays of markers against the solid fraction, one curve for each relaxation time; below, error and slip."""
-    if not drawable(record, "relaxation_time", "solid_fraction", "drag", "drag_exact", "error_drag", "slip"):
+    """Drag of arrays of markers against the solid fraction; below, error and slip."""
+    if not drawable(record, "solid_fraction", "drag", "drag_exact", "error_drag", "slip"):
         return None
     drawing, (above, below) = canvas(2, height=5.2, sharex=True)
-    # The series knows nothing of the relaxation time: one line through all rows.
     order = np.argsort(record["solid_fraction"])
-    series = record["solid_fraction"][order], record["drag_exact"][order]
-    handles = above.plot(*series, "-", color="#555555", linewidth=1, label="series")
-    unit = powers(record.columns["relaxation_time"].dimension)
-    for number, (tau, marker) in enumerate(zip(np.unique(record["relaxation_time"]), markers())):
-        rows = record["relaxation_time"] == tau
-        fraction, style = record["solid_fraction"][rows], dict(color=f"C{number}", marker=marker)
-        handles += above.plot(fraction, record["drag"][rows], linestyle="none", label=f"τ = {tau:g} [{unit}]", **style)
-        predicted = record["error_drag"][rows] > 1e-9  # the first is zero by the fit
-        below.plot(fraction[predicted], record["error_drag"][rows][predicted], linestyle="-", **style)
-        below.plot(fraction, record["slip"][rows], linestyle=":", markerfacecolor="none", **style)
-    grey = dict(color="#555555", linewidth=1)
-    kinds = [
-        Line2D([], [], linestyle="-", marker="o", label="error of the drag", **grey),
-        Line2D([], [], linestyle=":", marker="o", markerfacecolor="none", label="slip over U", **grey),
-    ]
+    fraction, drag, exact, error, slip = (record[name][order] for name in ("solid_fraction", "drag", "drag_exact", "error_drag", "slip"))
+    handles = above.plot(fraction, exact, "-", color="#555555", linewidth=1, label="series")
+    handles += above.plot(fraction, drag, "o", color="C0", label="markers")
+    predicted = error > 1e-9  # the first is zero by the fit
+    kinds = below.plot(fraction[predicted], error[predicted], "o-", color="C0", label="error of the drag")
+    kinds += below.plot(fraction, slip, "o:", color="C0", markerfacecolor="none", label="slip over U")
     above.set_ylabel(column_label(record.columns["drag"]))
     below.set_yscale("log")
     below.set_ylabel("relative error, slip [1]")
     below.set_xlabel(column_label(record.columns["solid_fraction"]))
     legend_above(above, handles)
     legend_above(below, kinds)
-    caption = "Drag with the radius fitted to the most dilute array; below, error of the predicted ones and slip at the markers."
-    return Figure(caption, inline_svg(drawing, caption))
-
-
-def forcing_iterations(result, record):
-    """Slip and errors of a plate against the forcing iterations."""
-    names = {"slip": "slip", "error_force": "force, thin plate", "error_theory": "force, plate of markers"}
-    if not drawable(record, "iterations", *names):
-        return None
-    drawing, (axes,) = canvas()
-    handles = []
-    for number, ((name, label), marker) in enumerate(zip(names.items(), markers())):
-        style = dict(color=f"C{number}", marker=marker, linestyle="-", label=label)
-        handles += axes.plot(record["iterations"], record[name], **style)
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    axes.set_ylabel("relative slip, error [1]")
-    axes.margins(x=0.12, y=0.15)
-    label_points(axes, record["iterations"])
-    axes.set_xlabel(column_label(record.columns["iterations"]))
-    legend_above(axes, handles)
-    caption = "What more forcing iterations buy."
+    caption = f"{record.title}; below, error of the predicted drags and slip at the markers."
     return Figure(caption, inline_svg(drawing, caption))
 
 

@@ -140,22 +140,3 @@ def drift(result, record):
     axes.set_ylabel("departure per node")
     legend_above(axes, handles)
     return Figure(record.title + ".", inline_svg(drawing, record.title))
-
-
-def conservation(result, record):
-    """What leap-frog keeps, against the time step, log-log: energy to second order, the rest to round-off."""
-    if not drawable(record, "dt_over_limit", "energy", "momentum", "angular_momentum", "reversal"):
-        return None
-    drawing, (axes,) = canvas()
-    step, handles = record["dt_over_limit"], []
-    for name, marker in zip(("energy", "momentum", "angular_momentum", "reversal"), "os^D"):
-        shown = np.maximum(record[name], 2.0**-54)  # a logarithm has no place for what is kept to the last bit
-        handles += axes.plot(step, shown, marker + "-", label=name.replace("_", " "))
-    axes.set_xscale("log")
-    axes.set_yscale("log")
-    label_points(axes, step)
-    axes.set_xlabel("time step over the linear limit [1]")
-    axes.set_ylabel("largest relative departure [1]")
-    legend_above(axes, handles)
-    caption = "What a free body keeps during a run, over the time step; no departure is drawn as 2⁻⁵⁴."
-    return Figure(caption, inline_svg(drawing, caption))

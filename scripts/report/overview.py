@@ -77,8 +77,8 @@ def margins(results):
         found.append(("its bonds’ reach", scene.metric("max_strain") / law.metric("strain_at_r_max"), scene))
     coupled = by_id.get("coupling-stability-full") or by_id.get("coupling-stability")
     mass = topics.monitored(scene, "filament", "node_mass") if scene is not None else None
-    if coupled is not None and mass and coupled.metric("predicted_boundary_1"):
-        found.append(("the coupling’s with one sub-step", coupled.metric("predicted_boundary_1") / mass, coupled))
+    if coupled is not None and mass and "ablate" in coupled.records:
+        found.append(("the coupling’s with one sub-step", coupled.records["ablate"]["predicted"][0] / mass, coupled))
     return [(what, share, result) for what, share, result in found if share is not None and np.isfinite(share)]
 
 

@@ -10,7 +10,9 @@ fs::path attachments_folder(const std::string& name, const fs::path& folder) {
   return folder / (name + ".snapshots");
 }
 
-observe::Attach attach_to(const fs::path& folder) {
+namespace {
+
+void remove_earlier(const fs::path& folder) {
   std::error_code none;
   std::vector<fs::path> earlier;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
@@ -19,6 +21,12 @@ observe::Attach attach_to(const fs::path& folder) {
   }
   for (const fs::path& file : earlier) fs::remove(file, none);
   fs::remove(folder, none);  // if nothing else is in it
+}
+
+}  // namespace
+
+observe::Attach attach_to(const fs::path& folder, EarlierFiles of_earlier) {
+  if (of_earlier == EarlierFiles::go) remove_earlier(folder);
   return [folder](const std::string& name, std::string_view bytes) { io::write_file(folder / name, bytes); };
 }
 

@@ -20,6 +20,8 @@ class Cost {
   void finish(const std::string& phase);
   /// The same, of which `parts` are counted apart, as phases `<phase>, <part>`.
   void finish(const std::string& phase, const std::vector<Phase>& parts);
+  /// Time that was spent in an earlier program.
+  void add(const Phase& phase) { phases_.push_back(phase); }
   const std::vector<Phase>& phases() const { return phases_; }
   double wall_seconds() const;
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <sstream>
 
+#include "engine/stored_result.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 
@@ -56,18 +57,10 @@ CitedChecks read_checks(const fs::path& path) {
   return read;
 }
 
-std::vector<fs::path> result_files(const std::vector<fs::path>& folders) {
+std::vector<fs::path> all_files(const std::vector<fs::path>& folders) {
   std::vector<fs::path> files;
   for (const fs::path& folder : folders) {
-    if (!fs::is_directory(folder)) {
-      throw InputError({folder.string()}, "no folder of results",
-                       fs::exists(folder) ? "it is a file" : "it does not exist",
-                       "Name the folder that veriflex run or verify wrote to with --results");
-    }
-    for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
-      const bool hidden = entry.path().filename().string().starts_with('.');
-      if (entry.path().extension() == ".h5" && !hidden) files.push_back(entry.path());
-    }
+    for (fs::path& file : result_files(folder)) files.push_back(std::move(file));
   }
   std::sort(files.begin(), files.end());
   return files;
@@ -76,7 +69,7 @@ std::vector<fs::path> result_files(const std::vector<fs::path>& folders) {
 // One result per case, the newest.
 std::vector<CitedChecks> read_results(const std::vector<fs::path>& folders, Judged& judged) {
   std::vector<CitedChecks> cases;
-  for (const fs::path& file : result_files(folders)) {
+  for (const fs::path& file : all_files(folders)) {
     try {
       CitedChecks read = read_checks(file);
       if (!read.variant.empty()) {

@@ -159,6 +159,44 @@ namespace {
 
 constexpr std::int64_t max_fluid_nodes = 1'000'000;  // along one axis
 
+/// What stands in the place of the wall at one end of an axis.
+std::variant<std::monostate, fluid::Inflow, fluid::Outflow> read_opening(const io::Table& walls,
+                                                                         std::size_t axis, bool high) {
+  const std::string end = high ? "high" : "low";
+  const std::string in = end + "_inflow", out = end + "_outflow";
+  for (const std::string& key : {in, out}) {
+    if (!walls.has(key)) continue;
+    for (const std::string& other : {end + "_velocity", key == in ? out : in}) {
+      if (walls.has(other)) {
+        walls.fail(other, fmt::format("'{}' and '{}' are both given", key, other),
+                   "an end of an axis is a wall, an inflow or an outflow", "Leave one of them out");
+      }
+    }
+  }
+  if (walls.has(out)) {
+    const io::Table table = walls.table(out);
+    return fluid::Outflow{
+        need_positive(table, "density", table.number("density", 1.0), "Leave it out for 1")};
+  }
+  if (!walls.has(in)) return {};
+  const io::Table table = walls.table(in);
+  fluid::Inflow inflow{.velocity = read_vector(table, "velocity")};
+  const double inwards = (high ? -1.0 : 1.0) * inflow.velocity[static_cast<Eigen::Index>(axis)];
+  if (!(inwards > 0.0)) {
+    table.fail("velocity", "the fluid does not enter the box with it",
+               fmt::format("at the {} end its component along {} must be {}", end, "xyz"[axis],
+                           high ? "negative" : "positive"),
+               "Change its sign, or make that end an outflow");
+  }
+  inflow.parabolic = table.has("profile") && table.choice("profile", {"uniform", "parabolic"}) == "parabolic";
+  inflow.rise = table.number("rise", 0.0);
+  if (!(inflow.rise >= 0.0 && std::isfinite(inflow.rise))) {
+    table.fail("rise", fmt::format("'rise' is {}", inflow.rise), "it is a number of steps",
+               "Leave it out for none");
+  }
+  return inflow;
+}
+
 std::optional<fluid::Walls> read_walls(const io::Table& fluid, std::size_t axis) {
   const std::string key = fmt::format("walls_{}", "xyz"[axis]);
   if (!fluid.has(key)) return std::nullopt;
@@ -173,7 +211,27 @@ std::optional<fluid::Walls> read_walls(const io::Table& fluid, std::size_t axis)
                  "Set that component to 0");
     }
   }
+  for (const bool high : {false, true}) walls.openings[high ? 1 : 0] = read_opening(table, axis, high);
   return walls;
+}
+
+/// What enters must be able to leave: between inflows alone the mass would grow until nothing is valid.
+void check_openings(const io::Table& fluid, const fluid::Spec& spec) {
+  const fluid::Inflow* inflow = nullptr;
+  std::size_t axis_of_inflow = 0;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t end = 0; spec.walls[axis] && end < 2; ++end) {
+      const auto& opening = spec.walls[axis]->openings[end];
+      if (std::holds_alternative<fluid::Outflow>(opening)) return;
+      if (const auto* found = std::get_if<fluid::Inflow>(&opening)) {
+        inflow = found;
+        axis_of_inflow = axis;
+      }
+    }
+  }
+  if (inflow == nullptr) return;
+  fluid.fail(fmt::format("walls_{}", "xyz"[axis_of_inflow]), "fluid enters the box and cannot leave it",
+             "no end of an axis is an outflow", "Give the end across an outflow: high_outflow = {}");
 }
 
 /// The voxels of the obstacle; a box that does not fit into memory is refused before they are sought.
@@ -263,6 +321,7 @@ fluid::Spec read_fluid(const io::Table& top, Varied varied) {
     spec.scheme = row_named(fluid::schemes, table.choice("force_scheme", names_of(fluid::schemes))).value;
   }
   for (std::size_t axis = 0; axis < 3; ++axis) spec.walls[axis] = read_walls(table, axis);
+  check_openings(table, spec);
   if (varied == Varied::Nothing && table.has("obstacle")) spec.obstacle = read_voxels(table, spec);
   for (const std::string& part : read_kept(table, {"body force", "obstacle"}))
     (part == "obstacle" ? spec.kept.obstacle : spec.kept.body_force) = true;

@@ -32,8 +32,6 @@ constexpr std::array renamed_keys{
     Renamed{"coupling", "live", "subcycled"},
     Renamed{"coupling", "force", "allow_unstable"},
     Renamed{"coupling", "iterations", "forcing_iterations"},
-    Renamed{"immersed", "iterations", "forcing_iterations"},
-    Renamed{"point", "live", "subcycled"},
     Renamed{"galilean", "side", "nodes"},
 };
 
@@ -50,6 +48,19 @@ constexpr std::array now_axes{
     NowAxis{"channel.resolutions", "channel.nodes"},
     NowAxis{"channel.relaxation_times", "fluid.relaxation_time"},
     NowAxis{"channel.storages", "fluid.storage"},
+    NowAxis{"tensile.sections", "solid.nodes.0"},
+    NowAxis{"beam.lengths", "beam.length"},
+    NowAxis{"elastica.lengths", "elastica.length"},
+    NowAxis{"buckling.lengths", "buckling.length"},
+    NowAxis{"torsion.sides", "torsion.side"},
+    NowAxis{"torsion.sections", "torsion.side"},
+    NowAxis{"shear.widths", "solid.nodes.0"},
+    NowAxis{"dispersion.modes", "dispersion.mode"},
+    NowAxis{"integrator.steps", "integrator.steps"},
+    NowAxis{"immersed.relaxation_times", "fluid.relaxation_time"},
+    NowAxis{"immersed.resolutions", "immersed.nodes"},
+    NowAxis{"immersed.iterations", "coupling.forcing_iterations"},
+    NowAxis{"immersed.forcing_iterations", "coupling.forcing_iterations"},
 };
 
 // Values that are names too.
@@ -134,10 +145,18 @@ std::vector<InputError> old_names(const io::Table& top) {
     }
     for (const NowAxis& one : now_axes) {
       if (one.path != entry.path) continue;
+      if (one.path == one.axis && !top.shown(entry.path)->starts_with('[')) continue;  // one value
       errors.emplace_back(entry.place, fmt::format("'{}' is now an axis of a sweep", one.path),
                           "a case measures one run, and its study makes many",
                           fmt::format("Write [sweep] axes = [{{ key = \"{}\", values = [...] }}]", one.axis));
     }
+  }
+  if (top.shown("coupling_stability.point")) {
+    errors.emplace_back(top.table("coupling_stability").place("point"),
+                        "'coupling_stability.point' is now a variant of the case",
+                        "a case measures one run, and its study makes many",
+                        "Write [[ablate.variants]] with name = \"...\" and set = { \"coupling.nodes\" = ..., "
+                        "\"coupling_stability.substeps\" = ... }");
   }
   const std::int64_t schema = top.integer("schema", 0, 1'000'000);
   if (schema == case_schema) return errors;

@@ -365,7 +365,7 @@ Phase time_of_a_run(const Case& c) {
 
 }  // namespace
 
-Result run_case(const Case& c, int threads, int repeats) {
+Result run_case(const Case& c, int threads, int repeats, Checkpoints* checkpoints) {
   Result result{.c = c,
                 .provenance = provenance(threads),
                 .seen = begin(c.study),
@@ -381,7 +381,11 @@ Result run_case(const Case& c, int threads, int repeats) {
   const work::Counts before = work::done();
   parts::restart();
   try {
-    c.study.run(result.seen, progress, result.cost);
+    if (checkpoints != nullptr) {
+      c.study.run_with_checkpoints(result.seen, progress, result.cost, *checkpoints);
+    } else {
+      c.study.run(result.seen, progress, result.cost);
+    }
     if (stop::was_thrown()) {
       // The study took the interruption for an answer, say "does not survive": its numbers are worth nothing.
       result.seen = {};

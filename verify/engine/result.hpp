@@ -8,6 +8,7 @@
 #include "base/parts.hpp"
 #include "base/work.hpp"
 #include "engine/case.hpp"
+#include "engine/checkpoint.hpp"
 #include "engine/verdict.hpp"
 #include "io/hdf5.hpp"
 
@@ -58,8 +59,9 @@ struct Result {
 
 /// Runs the study and judges it. Any exception becomes the verdict `error`, and what was seen until then
 /// stays in the result, unjudged. A run that came to its end is made `repeats` times more for its time: what
-/// the clock resolves badly as often as it takes, and the mean counts.
-Result run_case(const Case& c, int threads, int repeats = 0);
+/// the clock resolves badly as often as it takes, and the mean counts. With `checkpoints` the run leaves some
+/// behind, and goes on from one if they say so.
+Result run_case(const Case& c, int threads, int repeats = 0, Checkpoints* checkpoints = nullptr);
 
 /// The result of a case that was not run: verdict `error`.
 Result not_run(const std::filesystem::path& path, const std::vector<std::string>& overrides,

@@ -14,6 +14,8 @@
 
 namespace veriflex::engine {
 
+class Checkpoints;
+
 struct Study {
   scene::Plan plan;
   /// What a run measures: metrics, whose values mean nothing yet, and records without rows. The one place
@@ -25,6 +27,9 @@ struct Study {
   /// until then. The result depends on nothing but the case: not on threads, time or machine load. Throws
   /// NumericalFailure; an observe::Interrupted brings the last good state along.
   std::function<void(observe::Observations&, Progress&, Cost&)> run;
+  /// The same run, which leaves checkpoints behind and goes on from one; empty where the driver has none or
+  /// the case asks for none.
+  std::function<void(observe::Observations&, Progress&, Cost&, Checkpoints&)> run_with_checkpoints{};
   /// Whether it makes many runs of a case: its checks ask for numbers of several rows (engine::Asked).
   bool of_many_runs = false;
   /// What one run will do, nothing where that cannot be known; empty: nothing is known.

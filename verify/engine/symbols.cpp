@@ -10,8 +10,7 @@ namespace veriflex::engine {
 const std::vector<Symbol>& symbols() {
   static const std::vector<Symbol> all = [] {
     std::vector<Symbol> some{
-        {"fluid", "tau", "relaxation_time"}, {"point", "tau", "relaxation_time"},
-        {"fluid", "nu", "viscosity"},        {"angle", "k_a", "stiffness"},
+        {"fluid", "tau", "relaxation_time"}, {"fluid", "nu", "viscosity"}, {"angle", "k_a", "stiffness"},
         {"solid", "r0", "spacing"},          {"body", "r0", "spacing"},
     };
     for (const bond::LawInfo& law : bond::laws()) {

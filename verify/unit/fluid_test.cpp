@@ -97,6 +97,25 @@ TEST_CASE("Walls on any faces, at rest or sliding, are half-way bounce-back") {
   }
 }
 
+TEST_CASE(
+    "Inflow is a wall that moves through itself, outflow is anti-bounce-back, beside walls, forces and "
+    "obstacles") {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (const std::int64_t nx : {1, 6, 8, 16}) {
+      for (const double tau : of_either) {
+        Spec spec = box(nx, 4, 5, tau);
+        spec.walls[axis] = passage();
+        CAPTURE(axis, nx, tau);
+        CHECK(departure_from_plain(spec) < 1e-15);
+        spec.walls[(axis + 1) % 3] = sliding();
+        CHECK(departure_from_plain(spec) < 1e-15);
+        if (nx > 1) spec.obstacle = {spec.grid.index(0, 0, 0), spec.grid.index(2, 1, 2)};
+        CHECK(departure_from_plain(spec) < 1e-15);
+      }
+    }
+  }
+}
+
 TEST_CASE("Obstacles turn populations back, beside walls too") {
   Spec spec = box(8, 6, 7);
   for (const std::int64_t z : {2, 3}) {

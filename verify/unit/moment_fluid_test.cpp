@@ -44,6 +44,9 @@ Spec any_spec(Random& random, Storage storage) {
     if (happens(random, 0.5)) spec.walls[axis] = {vector_up_to(random, 0.01), vector_up_to(random, 0.01)};
     spec.walls[axis]->low_velocity[static_cast<Eigen::Index>(axis)] = 0.0;
     spec.walls[axis]->high_velocity[static_cast<Eigen::Index>(axis)] = 0.0;
+    if (axis == 0 && spec.grid.size[0] > 3 && happens(random, 0.5)) {
+      spec.walls[0]->openings = passage(happens(random, 0.5)).openings;
+    }
   }
   if (happens(random, 0.5)) spec.body_force = vector_up_to(random, 1e-5);
   spec.scheme = happens(random, 0.5) ? Scheme::FirstOrder : Scheme::Guo;
@@ -60,6 +63,7 @@ std::string words_of(const Spec& spec) {
   std::string words = std::to_string(nx) + " x " + std::to_string(ny) + " x " + std::to_string(nz);
   for (std::size_t axis = 0; axis < 3; ++axis) {
     if (spec.walls[axis]) words += std::string(", walls ") + "xyz"[axis];
+    if (spec.walls[axis] && std::holds_alternative<Outflow>(spec.walls[axis]->openings[1])) words += " open";
   }
   words += ", " + std::to_string(spec.obstacle.size()) + " nodes of obstacle, force " +
            std::to_string(spec.body_force.norm());

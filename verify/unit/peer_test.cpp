@@ -313,28 +313,18 @@ TEST_CASE("What keeps a static comparison from an answer is named") {
   CHECK_THAT(message_of(folder, text), ContainsSubstring("2 atoms are loose, the first is 21"));
 }
 
-TEST_CASE("Records of beams, columns and waves can be held against a table of one's own") {
+TEST_CASE("Records of beams can be held against a table of one's own") {
   const std::string spring = "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 0.26\nrest_length = 1.1\n";
   const std::string angle = "[angle]\nstiffness = 0.025\n";
   const std::string chain = "[solid]\nshape = \"chain\"\nnodes = 9\n";
   struct Held {
     std::string driver, text, record, x, y, first_x;
   };
+  const std::string beam = angle + chain + "[beam]\nclamped = 2\nlength = 6\nfrequencies = 3\n";
   for (const Held& held :
-       {Held{"elastica", angle + chain + "[elastica]\nclamped = 2\nlengths = [6, 12]\nloads = [0.3, 1.7]\n",
-             "elastica_longest", "load", "deflection", "0.3"},
-        {"beam", angle + chain + "[beam]\nclamped = 2\nlengths = [6, 12]\nfrequencies = 3\n", "frequencies",
-         "mode", "omega", "1"},
-        {"beam", angle + chain + "[beam]\nclamped = 2\nlengths = [6, 12]\n", "cantilever", "spacings",
-         "deflection", "6"},
-        {"buckling", angle + chain + "[buckling]\nlengths = [8, 16]\n", "buckling", "spacings", "load", "8"},
-        {"dispersion",
-         chain +
-             "[dispersion]\npolarisation = \"longitudinal\"\nmodes = [1, 2]\namplitude = "
-             "1e-6\nstep_over_limit = "
-             "0.5\n" +
-             "periods = 2\n",
-         "standing_waves", "mode", "omega", "1"}}) {
+       {Held{"elastica", angle + chain + "[elastica]\nclamped = 2\nlength = 6\nloads = [0.3, 1.7]\n",
+             "elastica", "load", "deflection", "0.3"},
+        {"beam", beam, "frequencies", "mode", "omega", "1"}}) {
     INFO(held.driver << ", " << held.record);
     Folder folder;
     const std::string text = fmt::format(
@@ -353,7 +343,7 @@ TEST_CASE("Records of beams, columns and waves can be held against a table of on
                                                VERIFLEX_SOURCE_DIR "/reference");
       Progress progress("test");
       engine::Cost cost;
-      observe::Observations seen;
+      observe::Observations seen = engine::begin(c.study);
       c.study.run(seen, progress, cost);
       return std::pair(engine::judge(c.checks.front(), c, seen).verdict, seen);
     };

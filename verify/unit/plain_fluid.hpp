@@ -3,6 +3,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <functional>
 #include <random>
 #include <vector>
@@ -23,6 +24,12 @@ inline std::function<Populations(std::int64_t)> disorder(double amplitude) {
 }
 
 inline Walls sliding() { return {.low_velocity = {0.01, -0.02, 0.03}, .high_velocity = {-0.03, 0.01, 0.02}}; }
+
+/// Fluid enters at the low end, and leaves at the other.
+inline Walls passage(bool parabolic = true) {
+  return {.openings = {Inflow{.velocity = {0.02, 0.03, 0.01}, .parabolic = parabolic, .rise = 5.0},
+                       Outflow{0.99}}};
+}
 
 class PlainFluid {
  public:
@@ -45,6 +52,7 @@ class PlainFluid {
         stream(static_cast<std::int64_t>(node), q, after[static_cast<std::size_t>(q)]);
     }
     std::swap(now_, next_);
+    ++steps_;
   }
 
   /// Deviations, as the fast fluid gives them.
@@ -61,12 +69,8 @@ class PlainFluid {
   }
 
   Populations collided(const Populations& f, const Vec3& nodal_force) const {
-    double rho = 0.0;
-    Vec3 j = Vec3::Zero();
-    for (int q = 0; q < Q; ++q) {
-      rho += f[static_cast<std::size_t>(q)];
-      j += f[static_cast<std::size_t>(q)] * velocity(q);
-    }
+    const double rho = density(f);
+    const Vec3 j = rho * flow(f);
     const double omega = 1.0 / spec_.relaxation_time;
     const Vec3& g = spec_.body_force;
     const bool guo = spec_.scheme == Scheme::Guo;
@@ -85,6 +89,52 @@ class PlainFluid {
     return after;
   }
 
+  static double density(const Populations& f) {
+    double rho = 0.0;
+    for (const double each : f) rho += each;
+    return rho;
+  }
+
+  static Vec3 flow(const Populations& f) {
+    Vec3 j = Vec3::Zero();
+    for (int q = 0; q < Q; ++q) j += f[static_cast<std::size_t>(q)] * velocity(q);
+    return j / density(f);
+  }
+
+  /// What comes back from an end of an axis in the place of `value`.
+  double at_end(const Walls& walls, bool high, std::size_t axis, const std::array<std::int64_t, 3>& at, int q,
+                double value) const {
+    const auto& opening = walls.openings[high ? 1 : 0];
+    Vec3 moving = high ? walls.high_velocity : walls.low_velocity;
+    if (const auto* outflow = std::get_if<Outflow>(&opening)) {
+      std::array<std::int64_t, 3> inner = at;
+      inner[axis] += high ? -1 : 1;
+      auto inside = static_cast<std::size_t>(spec_.grid.index(inner[0], inner[1], inner[2]));
+      const auto node = static_cast<std::size_t>(spec_.grid.index(at[0], at[1], at[2]));
+      if (inner[axis] < 0 || inner[axis] >= spec_.grid.size[axis] || solid_[inside]) inside = node;
+      const auto even = [&](const Vec3& u) {
+        const double cu = velocity(q).dot(u);
+        return w(q) * (1.0 + 4.5 * cu * cu - 1.5 * u.dot(u));
+      };
+      const Populations& f = now_[inside];
+      const double departs =
+          0.5 * (f[static_cast<std::size_t>(q)] + f[static_cast<std::size_t>(opposite(q))]) -
+          density(f) * even(flow(f));
+      return -value + 2.0 * outflow->density * even(flow(now_[node])) +
+             (2.0 - 1.0 / spec_.relaxation_time) * departs;
+    }
+    if (const auto* inflow = std::get_if<Inflow>(&opening)) {
+      const double t = static_cast<double>(steps_ + 1);
+      moving = inflow->velocity;
+      if (t < inflow->rise) moving *= 0.5 * (1.0 - std::cos(M_PI * t / inflow->rise));
+      for (std::size_t other = 0; inflow->parabolic && other < 3; ++other) {
+        const double s = (static_cast<double>(at[other]) + 0.5) / static_cast<double>(spec_.grid.size[other]);
+        if (other != axis && spec_.walls[other]) moving *= 4.0 * s * (1.0 - s);
+      }
+    }
+    return value - 6.0 * w(q) * velocity(q).dot(moving);
+  }
+
   void stream(std::int64_t node, int q, double value) {
     const auto at = spec_.grid.node(node);
     const auto& v = c[static_cast<std::size_t>(q)];
@@ -93,10 +143,8 @@ class PlainFluid {
       to[axis] = at[axis] + v[axis];
       const bool beyond = to[axis] < 0 || to[axis] >= spec_.grid.size[axis];
       if (beyond && spec_.walls[axis]) {
-        const Walls& walls = *spec_.walls[axis];
-        const Vec3& moving = v[axis] > 0 ? walls.high_velocity : walls.low_velocity;
         next_[static_cast<std::size_t>(node)][static_cast<std::size_t>(opposite(q))] =
-            value - 6.0 * w(q) * velocity(q).dot(moving);
+            at_end(*spec_.walls[axis], v[axis] > 0, axis, at, q, value);
         return;
       }
       to[axis] = (to[axis] + spec_.grid.size[axis]) % spec_.grid.size[axis];
@@ -112,6 +160,7 @@ class PlainFluid {
   Spec spec_;
   std::vector<Populations> now_, next_;
   std::vector<bool> solid_;
+  std::int64_t steps_ = 0;
 };
 
 }  // namespace veriflex::fluid

@@ -199,12 +199,19 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
                                  "top.has(name",
                                  "top.table(name",
                                  "t.has(key",
-                                 "table.choice(key"});
+                                 "table.choice(key",
+                                 "walls.has(key",
+                                 "walls.has(other",
+                                 "walls.has(in",
+                                 "walls.has(out",
+                                 "walls.table(in",
+                                 "walls.table(out"});
   Names spelt = source.keys;
-  add(spelt, {"absolute",  "relative",     "digits",  "strains",        "stresses",      "<path>",
-              "walls_x",   "walls_y",      "walls_z", "low_velocity",   "high_velocity", "body_force",
-              "direction", "polarization", "centre",  "marker_spacing", "boxes",         "axes",
-              "values",    "where",        "over"});
+  add(spelt, {"absolute",       "relative",   "digits",      "strains",      "stresses",
+              "<path>",         "walls_x",    "walls_y",     "walls_z",      "low_velocity",
+              "high_velocity",  "body_force", "direction",   "polarization", "centre",
+              "marker_spacing", "boxes",      "axes",        "values",       "where",
+              "over",           "low_inflow", "high_inflow", "low_outflow",  "high_outflow"});
   for (const bond::LawInfo& law : bond::laws()) {
     for (const bond::ParameterInfo& p : law.parameters) {
       INFO(law.name << " has " << p.name);

@@ -97,16 +97,22 @@ Record kinks_record(const bond::Derivation& d) {
   return record;
 }
 
-std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
+/// What the law says, all of it known before a run; and of what cannot be known, why.
+struct Measured {
+  Observations seen;
+  std::vector<std::string> warnings;
+};
+
+Measured measure(const DeriveStudy& study) {
   const bond::Derivation& d = study.derivation;
+  std::vector<std::string> warnings;
   std::vector<Metric> metrics{
       {"rest_length", d.rest_length, "L", "r_eq, where the tension vanishes"},
       {"stiffness", d.stiffness, "M T^-2", "U''(r_eq)"},
       {"force_per_strain", d.force_per_strain, "M L T^-2", "-dF/d(strain) = U''(r_eq) r_eq"},
       {"young_modulus", d.young_modulus, "M L^-1 T^-2", "E = U''(r_eq)/r_eq"},
       {"min_tangent_ratio", d.min_tangent_ratio, "1", "infimum of U''(r)/U''(r_eq) in tension"},
-      {"min_tangent_strain", d.min_tangent_strain, "1", "strain of that infimum"},
-  };
+      {"min_tangent_strain", d.min_tangent_strain, "1", "strain of that infimum"}};
   if (d.stiffness_over_fene_k) {
     metrics.push_back({"stiffness_over_fene_k", *d.stiffness_over_fene_k, "1", "U''(r_eq)/K"});
   }
@@ -119,7 +125,8 @@ std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
         {"tension_jump", d.kinks.front().tension_jump, "M L T^-2", "jump of dU/dr at the first kink"});
   }
   if (!std::isfinite(d.stiffness_by_differences.value)) {
-    progress.warn("no stiffness_deviation: the law changes too close to its rest length for differences");
+    warnings.push_back(
+        "no stiffness_deviation: the law changes too close to its rest length for differences");
   } else {
     metrics.push_back({"stiffness_deviation", std::abs(d.stiffness_by_differences.value / d.stiffness - 1.0),
                        "1",
@@ -135,7 +142,7 @@ std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
     metrics.push_back({"poisson_round_trip", d.young_modulus / (2.0 * shear) - 1.0, "1",
                        "E/2G - 1 of the law calibrated for nu = 0.3, with G = 4 k_a/r0^3"});
   } catch (const BadParameter& bad) {
-    progress.warn(fmt::format("no round_trip_deviation: {}", bad.what()));
+    warnings.push_back(fmt::format("no round_trip_deviation: {}", bad.what()));
   }
   for (const bond::Validity& v : d.validity) {
     const int percent = static_cast<int>(std::lround(100.0 * v.tolerance));
@@ -151,7 +158,19 @@ std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
     metrics.push_back(
         {"young_modulus_at_rounded", at.young_modulus, "M L^-1 T^-2", "U''(r)/r at the rounded rest length"});
   }
-  return metrics;
+  Record validity = validity_record();
+  record_validity(d, validity);
+  Measured all{{.records = {potential_record(study), moduli_record(study), validity}, .metrics = metrics},
+               warnings};
+  if (!d.kinks.empty()) all.seen.records.push_back(kinks_record(d));
+  return all;
+}
+
+Observations without_rows(Observations seen) {
+  for (Record& record : seen.records) {
+    for (observe::Column& column : record.columns) column.values.clear();
+  }
+  return seen;
 }
 
 }  // namespace
@@ -159,14 +178,6 @@ std::vector<Metric> metrics_of(const DeriveStudy& study, Progress& progress) {
 engine::Study read_derive(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   DeriveStudy study{law, engine::read_derivation(top, law), {}};
-  std::vector<std::string> measures{
-      "rest_length",       "stiffness",           "force_per_strain",      "young_modulus",
-      "min_tangent_ratio", "min_tangent_strain",  "stiffness_over_fene_k", "strain_at_r_max",
-      "tension_jump",      "stiffness_deviation", "round_trip_deviation",  "poisson_round_trip"};
-  for (const int percent : {1, 5, 10}) {
-    measures.push_back(fmt::format("secant_valid_to_{}pct", percent));
-    measures.push_back(fmt::format("secant_valid_from_{}pct", percent));
-  }
   if (top.has("derive")) {
     const io::Table table = top.table("derive");
     study.rounded_rest_length = table.number("rounded_rest_length");
@@ -175,16 +186,15 @@ engine::Study read_derive(const io::Table& top) {
                  fmt::format("'rounded_rest_length' is {}", *study.rounded_rest_length),
                  "the bond law is not defined there", "Give a length inside the law's domain");
     }
-    measures.insert(measures.end(), {"force_per_strain_at_rounded", "young_modulus_at_rounded"});
   }
   return {.plan = engine::read_plan(top, {.law = study.law}),
-          .measures = measures,
+          .declares = without_rows(measure(study).seen),
           .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            seen.metrics = metrics_of(study, progress);
-            cost.finish("metrics");
-            seen.records = {potential_record(study), moduli_record(study), validity_record(study.derivation)};
-            if (!study.derivation.kinks.empty()) seen.records.push_back(kinks_record(study.derivation));
-            cost.finish("records");
+            const Measured measured = measure(study);
+            for (const std::string& warning : measured.warnings) progress.warn(warning);
+            for (const Metric& metric : measured.seen.metrics) seen.set(metric.name, metric.value);
+            seen.records = measured.seen.records;
+            cost.finish("law");
           }};
 }
 

@@ -6,7 +6,8 @@
 
 namespace veriflex::measures {
 
-/// Record `validity`: the strain intervals in which the law is as good as linear.
-observe::Record validity_record(const bond::Derivation& derivation);
+/// Record `validity`, without rows: the strain intervals in which a law is as good as linear.
+observe::Record validity_record();
+void record_validity(const bond::Derivation& derivation, observe::Record& record);
 
 }  // namespace veriflex::measures

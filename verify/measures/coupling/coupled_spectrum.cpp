@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/error.hpp"
 #include "base/reduce.hpp"
@@ -178,9 +179,7 @@ engine::Study read_coupled_spectrum(const io::Table& top) {
   check_places(read);
   return {.plan = std::move(plan),
           .declares = declared(study.resolution.has_value()),
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

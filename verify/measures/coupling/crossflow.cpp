@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "base/error.hpp"
 #include "base/reduce.hpp"
@@ -23,7 +24,6 @@ namespace veriflex::measures {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 struct Crossflow {
   fluid::Spec fluid;
@@ -145,10 +145,36 @@ void check(const Crossflow& study, const Place& box) {
   }
 }
 
+Observations declared() {
+  return {
+      .records =
+          {{"deflection",
+            "Deflection of the rod in the stream, and of Timoshenko's beam under the forces that it bears",
+            {{"place", "y", "L", "from the last clamped section", {}},
+             {"deflection", "w", "L", "mean over a section", {}},
+             {"beam", "", "L", "Timoshenko's beam", {}},
+             {"beam_without_shear", "", "L", "Euler's beam", {}},
+             {"force", "", "M L T^-2", "of the fluid on a section, along the stream", {}}}}},
+      .metrics = {
+          {"coupling_growth", {}, "1", "largest factor a step of the linearised exchange"},
+          {"tip_deflection", {}, "L", "along the stream"},
+          {"tip_slope", {}, "1", "tip deflection over length"},
+          {"tip_ratio", {}, "1", "over Timoshenko's"},
+          {"beam_error", {}, "1", "largest distance from Timoshenko's beam, over the tip's deflection"},
+          {"lattice_error",
+           {},
+           "1",
+           "largest distance of a node from the lattice's linear statics, over the largest displacement"},
+          {"shear_share", {}, "1", "of the tip's deflection that is due to shear"},
+          {"end_share", {}, "1", "of the force that acts on the free end's section"},
+          {"steps", {}, "T", "until the tip rested"},
+          {"dt_over_limit", {}, "1", "sub-step over the linear limit 2/omega_max at rest"}}};
+}
+
 void run(const Crossflow& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  seen.metrics.push_back({"coupling_growth", 0.0, "1", "largest factor a step of the linearised exchange"});
-  engine::check_coupling(study.fluid, body_of(study), "the rod", study.node_mass_place,
-                         seen.metrics.back().value, progress);
+  double growth = 0.0;
+  engine::check_coupling(study.fluid, body_of(study), "the rod", study.node_mass_place, growth, progress);
+  seen.set("coupling_growth", growth);
   cost.finish("stability of the coupling");
   scene::Simulation simulation({.fluid = study.fluid, .bodies = {body_of(study)}});
   observe::Run stream(simulation, study.monitor, {}, "the stream", progress);
@@ -175,14 +201,7 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
   const Positions& u = simulation.body().solid().displacement();
   const double lattice = largest_magnitude(u - still) / largest_magnitude(u);
 
-  Record record{
-      "deflection",
-      "Deflection of the rod in the stream, and of Timoshenko's beam under the forces that it bears",
-      {{"place", "y", "L", "from the last clamped section", {}},
-       {"deflection", "w", "L", "mean over a section", {}},
-       {"beam", "", "L", "Timoshenko's beam", {}},
-       {"beam_without_shear", "", "L", "Euler's beam", {}},
-       {"force", "", "M L T^-2", "of the fluid on a section, along the stream", {}}}};
+  observe::Record& record = seen.open("deflection");
   double worst = 0.0, total = 0.0;
   const double tip = sections.back().deflection;
   for (const Section& s : sections) {
@@ -193,28 +212,23 @@ void run(const Crossflow& study, Observations& seen, Progress& progress, engine:
     total += s.force;
   }
   const double beam_tip = record.find("beam")->values.back();
-  seen.records.push_back(record);
-  const std::vector<observe::Metric> metrics{
-      {"tip_deflection", tip, "L", "along the stream"},
-      {"tip_slope", tip / study.length(), "1", "tip deflection over length"},
-      {"tip_ratio", tip / beam_tip, "1", "over Timoshenko's"},
-      {"beam_error", worst, "1", "largest distance from Timoshenko's beam, over the tip's deflection"},
-      {"lattice_error", lattice, "1",
-       "largest distance of a node from the lattice's linear statics, over the largest displacement"},
-      {"shear_share", 1.0 - record.find("beam_without_shear")->values.back() / beam_tip, "1",
-       "of the tip's deflection that is due to shear"},
-      {"end_share", sections.back().force / total, "1", "of the force that acts on the free end's section"},
-      {"steps", static_cast<double>(simulation.steps()), "T", "until the tip rested"},
-      {"dt_over_limit", 0.5 * omega / study.substeps, "1",
-       "sub-step over the linear limit 2/omega_max at rest"}};
-  seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
+  seen.set("tip_deflection", tip);
+  seen.set("tip_slope", tip / study.length());
+  seen.set("tip_ratio", tip / beam_tip);
+  seen.set("beam_error", worst);
+  seen.set("lattice_error", lattice);
+  seen.set("shear_share", 1.0 - record.find("beam_without_shear")->values.back() / beam_tip);
+  seen.set("end_share", sections.back().force / total);
+  seen.set("steps", static_cast<double>(simulation.steps()));
+  seen.set("dt_over_limit", 0.5 * omega / study.substeps);
 }
 
 }  // namespace
 
 engine::Study read_crossflow(const io::Table& top) {
-  const bond::AnyLaw law = engine::read_law(top);
-  const scene::SolidSpec solid = engine::read_solid(top, law, engine::read_derivation(top, law).rest_length);
+  const solid::Material material = read_material_with_angles(top);
+  const scene::SolidSpec solid =
+      engine::read_solid(top, material.law, engine::read_derivation(top, material.law).rest_length);
   const auto* rod = std::get_if<solid::Rod>(&solid.shape);
   if (rod == nullptr) {
     top.table("solid").fail("shape", "the body is not a rod", "the stream meets a round section",
@@ -222,7 +236,7 @@ engine::Study read_crossflow(const io::Table& top) {
   }
   const io::Table t = top.table("crossflow");
   const Crossflow study{.fluid = engine::read_fluid(top),
-                        .material = {law, solid.angle_stiffness},
+                        .material = material,
                         .rod = *rod,
                         .coupling = engine::read_coupling(top),
                         .node_mass = t.number("node_mass"),
@@ -232,10 +246,6 @@ engine::Study read_crossflow(const io::Table& top) {
                         .steady_change = t.number("steady_change"),
                         .step_limit = t.integer("step_limit", between_looks, 1'000'000'000),
                         .monitor = engine::read_monitor(top)};
-  if (!(solid.angle_stiffness > 0.0)) {
-    top.table("bond").fail("law", "a rod of bonds alone", "without angles it has no shear stiffness",
-                           "Add [angle] stiffness");
-  }
   engine::need_positive(t, "node_mass", study.node_mass, "1 is the paper's");
   if (!(study.steady_change >= 1e-14)) {
     t.fail("steady_change", fmt::format("'steady_change' is {}", study.steady_change),
@@ -251,20 +261,14 @@ engine::Study read_crossflow(const io::Table& top) {
                             "the rod lies along y and bends towards z", "Give for example [0.0, 0.0, 1e-8]");
   }
   scene::Plan plan = engine::read_plan(
-      top, {.law = law,
+      top, {.law = material.law,
             .solid = solid,
             .method = fmt::format("leap-frog, {} sub-steps, first sections clamped", study.substeps),
             .by = {parts::Kind::LeapFrog, parts::Kind::Constraints},
             .fluid = study.fluid,
             .coupling = study.coupling});
   check(study, top.table("fluid").place("nodes"));
-  return {
-      .plan = std::move(plan),
-      .measures = {"tip_deflection", "tip_slope", "tip_ratio", "beam_error", "lattice_error", "shear_share",
-                   "end_share", "steps", "dt_over_limit", "coupling_growth", "deflection.deflection"},
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+  return {.plan = std::move(plan), .declares = declared(), .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

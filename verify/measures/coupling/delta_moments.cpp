@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -20,7 +21,6 @@ namespace {
 
 using coupling::Delta;
 using observe::Observations;
-using observe::Record;
 
 constexpr std::int64_t side = 8;  // of the periodic box: holds every support once, and is even
 constexpr int scan_steps = 200;
@@ -65,6 +65,45 @@ struct Extremes {
   double squares_max = 0.0;
 };
 
+/// What is measured of each kernel.
+struct Quantity {
+  const char* name;
+  const char* dimension;
+  const char* meaning;
+  double Extremes::*value;
+};
+
+constexpr std::array quantities{
+    Quantity{"sum_error", "1", "max |sum of D h^3 - 1|", &Extremes::sum_error},
+    Quantity{"sum_min", "1", "smallest sum", &Extremes::sum_min},
+    Quantity{"sum_mean", "1", "mean sum", &Extremes::sum_mean},
+    Quantity{"imbalance", "1", "max |sum of (-1)^(x+y+z) D h^3|", &Extremes::imbalance},
+    Quantity{"first_moment", "L", "max over the axes of |sum of (x - X) D h^3|", &Extremes::first},
+    Quantity{"squares_min", "1", "smallest sum of (D h^3)^2", &Extremes::squares_min},
+    Quantity{"squares_max", "1", "largest sum of (D h^3)^2", &Extremes::squares_max}};
+
+std::string name_of(const Named<Delta>& kernel, const Quantity& quantity) {
+  return fmt::format("{}_{}", kernel.id, quantity.name);
+}
+
+/// One record per moment, one column per kernel, along the diagonal of a cell.
+Observations declared() {
+  const observe::Column offset{"offset", "", "L", "of the marker from a node, along each axis", {}};
+  Observations all;
+  all.records = {{"delta_sums", "Sum of the weights along the diagonal of a cell", {offset}},
+                 {"delta_imbalances", "Even less odd nodes along the same diagonal", {offset}},
+                 {"delta_first_moments", "First moment along the same diagonal", {offset}}};
+  for (const Named<Delta>& kernel : coupling::deltas) {
+    const std::string name(kernel.id);
+    all.records[0].columns.push_back({name, "", "1", "sum of D h^3", {}});
+    all.records[1].columns.push_back({name, "", "1", "sum of (-1)^(x+y+z) D h^3", {}});
+    all.records[2].columns.push_back({name, "", "L", "sum of (x - X) D h^3, the same along each axis", {}});
+    for (const Quantity& quantity : quantities)
+      all.metrics.push_back({name_of(kernel, quantity), {}, quantity.dimension, quantity.meaning});
+  }
+  return all;
+}
+
 /// Over positions from a generator whose numbers are the same everywhere.
 Extremes extremes_of(Delta delta, std::int64_t positions) {
   coupling::Transfer transfer({{side, side, side}}, {false, false, false}, delta);
@@ -88,30 +127,23 @@ Extremes extremes_of(Delta delta, std::int64_t positions) {
   return seen;
 }
 
-/// One record per moment, one column per kernel, along the diagonal of a cell.
-std::vector<Record> scans() {
-  const observe::Column offset{"offset", "", "L", "of the marker from a node, along each axis", {}};
-  std::vector<Record> records{{"delta_sums", "Sum of the weights along the diagonal of a cell", {offset}},
-                              {"delta_imbalances", "Even less odd nodes along the same diagonal", {offset}},
-                              {"delta_first_moments", "First moment along the same diagonal", {offset}}};
-  for (Record& record : records) {
-    for (int i = 0; i <= scan_steps; ++i)
-      record.columns.front().values.push_back(static_cast<double>(i) / scan_steps);
-  }
-  for (const Named<Delta>& kernel : coupling::deltas) {
-    coupling::Transfer transfer({{side, side, side}}, {false, false, false}, kernel.value);
-    const std::string name(kernel.id);
-    records[0].columns.push_back({name, "", "1", "sum of D h^3", {}});
-    records[1].columns.push_back({name, "", "1", "sum of (-1)^(x+y+z) D h^3", {}});
-    records[2].columns.push_back({name, "", "L", "sum of (x - X) D h^3, the same along each axis", {}});
-    for (const double x : records.front().columns.front().values) {
+void scan(Observations& seen) {
+  std::vector<coupling::Transfer> transfers;
+  for (const Named<Delta>& kernel : coupling::deltas)
+    transfers.emplace_back(Grid{{side, side, side}}, std::array{false, false, false}, kernel.value);
+  for (int i = 0; i <= scan_steps; ++i) {
+    const double x = static_cast<double>(i) / scan_steps;
+    std::vector<double> sums{x}, imbalances{x}, first_moments{x};
+    for (coupling::Transfer& transfer : transfers) {
       const Moments m = moments_at(transfer, Vec3::Constant(x));
-      records[0].columns.back().values.push_back(m.sum);
-      records[1].columns.back().values.push_back(m.imbalance);
-      records[2].columns.back().values.push_back(m.first[0]);
+      sums.push_back(m.sum);
+      imbalances.push_back(m.imbalance);
+      first_moments.push_back(m.first[0]);
     }
+    seen.open("delta_sums").append(sums);
+    seen.open("delta_imbalances").append(imbalances);
+    seen.open("delta_first_moments").append(first_moments);
   }
-  return records;
 }
 
 void run(std::int64_t positions, Observations& seen, Progress& progress, engine::Cost& cost) {
@@ -120,32 +152,11 @@ void run(std::int64_t positions, Observations& seen, Progress& progress, engine:
           [&](std::size_t i) { found[i] = extremes_of(coupling::deltas[i].value, positions); });
   cost.finish("positions");
   for (std::size_t i = 0; i < found.size(); ++i) {
-    const std::string name(coupling::deltas[i].id);
-    const Extremes& e = found[i];
-    const std::vector<observe::Metric> metrics{
-        {name + "_sum_error", e.sum_error, "1", "max |sum of D h^3 - 1|"},
-        {name + "_sum_min", e.sum_min, "1", "smallest sum"},
-        {name + "_sum_mean", e.sum_mean, "1", "mean sum"},
-        {name + "_imbalance", e.imbalance, "1", "max |sum of (-1)^(x+y+z) D h^3|"},
-        {name + "_first_moment", e.first, "L", "max over the axes of |sum of (x - X) D h^3|"},
-        {name + "_squares_min", e.squares_min, "1", "smallest sum of (D h^3)^2"},
-        {name + "_squares_max", e.squares_max, "1", "largest sum of (D h^3)^2"}};
-    seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
+    for (const Quantity& quantity : quantities)
+      seen.set(name_of(coupling::deltas[i], quantity), found[i].*quantity.value);
   }
-  seen.records = scans();
+  scan(seen);
   cost.finish("scan");
-}
-
-std::vector<std::string> measures() {
-  std::vector<std::string> names;
-  for (const Named<Delta>& kernel : coupling::deltas) {
-    for (const char* what :
-         {"sum_error", "sum_min", "sum_mean", "imbalance", "first_moment", "squares_min", "squares_max"})
-      names.push_back(fmt::format("{}_{}", kernel.id, what));
-    for (const char* record : {"delta_sums.", "delta_imbalances.", "delta_first_moments."})
-      names.push_back(fmt::format("{}{}", record, kernel.id));
-  }
-  return names;
 }
 
 }  // namespace
@@ -158,7 +169,7 @@ engine::Study read_delta_moments(const io::Table& top) {
                        0.0,
                        {parts::Kind::Coupling}});
   return {.plan = std::move(plan),
-          .measures = measures(),
+          .declares = declared(),
           .run = [positions](Observations& seen, Progress& progress, engine::Cost& cost) {
             run(positions, seen, progress, cost);
           }};

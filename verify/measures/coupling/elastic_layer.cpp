@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <numbers>
 
 #include "analytic/elastic_layer.hpp"
@@ -247,11 +248,7 @@ engine::Study read_elastic_layer(const io::Table& top) {
       .monitor = engine::read_monitor(top),
       .density_place = t.place("density")};
   scene::Plan plan = plan_of(top, study.scene);
-  return {.plan = std::move(plan),
-          .declares = declared(),
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+  return {.plan = std::move(plan), .declares = declared(), .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

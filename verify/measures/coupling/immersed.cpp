@@ -9,7 +9,7 @@ namespace veriflex::measures {
 
 namespace immersed {
 
-fluid::Spec read_fluid(const io::Table& top, bool varies_relaxation_time) {
+fluid::Spec read_fluid(const io::Table& top) {
   const io::Table table = top.table("fluid");
   for (const char* key : {"body_force", "force_scheme", "walls_x", "walls_y", "walls_z", "obstacle"}) {
     if (table.has(key)) {
@@ -17,11 +17,10 @@ fluid::Spec read_fluid(const io::Table& top, bool varies_relaxation_time) {
                  "Leave it out");
     }
   }
-  return engine::read_fluid(
-      top, varies_relaxation_time ? engine::Varied::NodesAndRelaxationTime : engine::Varied::Nodes);
+  return engine::read_fluid(top, engine::Varied::Nodes);
 }
 
-scene::Forcing read_forcing(const io::Table& top) {
+scene::Forcing read_forcing(const io::Table& top, Volume volume) {
   const scene::CouplingSpec spec = engine::read_coupling(top);
   if (top.has("coupling")) {
     const io::Table table = top.table("coupling");
@@ -30,6 +29,10 @@ scene::Forcing read_forcing(const io::Table& top) {
         table.fail(key, fmt::format("'{}' is set", key), "the motion of these markers is given",
                    "Leave it out");
       }
+    }
+    if (volume == Volume::OfSurface && table.has("marker_volume")) {
+      table.fail("marker_volume", "'marker_volume' is set",
+                 "a marker stands for its share of the surface times h", "Leave it out");
     }
   }
   return {spec.delta, spec.marker_volume, spec.forcing_iterations};

@@ -12,10 +12,13 @@
 namespace veriflex::measures::immersed {
 
 /// [fluid] of a flow that lays its own periodic box and force.
-fluid::Spec read_fluid(const io::Table& top, bool varies_relaxation_time);
+fluid::Spec read_fluid(const io::Table& top);
+
+/// Whether the case may give the markers' volume, or each stands for its share of a surface times h.
+enum class Volume { Given, OfSurface };
 
 /// [coupling] of markers whose motion is given.
-scene::Forcing read_forcing(const io::Table& top);
+scene::Forcing read_forcing(const io::Table& top, Volume volume);
 
 /// More than 0.
 double read_positive(const io::Table& t, const std::string& key, double otherwise);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <exception>
 #include <numbers>
 
 #include "analytic/channel.hpp"
@@ -13,7 +12,6 @@
 #include "engine/read_scene.hpp"
 #include "measures/coupling/immersed.hpp"
 #include "measures/coupling/run_monitored.hpp"
-#include "measures/for_all.hpp"
 
 // A body of markers in a periodic cell is an array of bodies. The force on the fluid acts inside of the body
 // too, and the mean pressure gradient that it stands for acts on the body: once the flow is steady the
@@ -30,21 +28,19 @@ namespace veriflex::measures::immersed {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 using std::numbers::pi;
 
 enum class Shape { Sphere, Cylinder };
 
 struct Array {
-  fluid::Spec fluid;  // box, relaxation time and force are the cell's
+  fluid::Spec fluid;  // box and force are the cell's
   scene::Forcing forcing;
   Shape shape;
   double radius;                        // of the markers' surface  [L]
   double marker_spacing;                // square root of a marker's share of the surface  [L]
   std::int64_t first_cell;              // nodes across the most dilute cell
   std::vector<double> solid_fractions;  // of the denser ones, with the fitted radius
-  std::vector<double> relaxation_times;
-  double velocity;  // of the flow, about  [L T^-1]
+  double velocity;                      // of the flow, about  [L T^-1]
   double steady_change;
   observe::MonitorSpec monitor;
 };
@@ -112,13 +108,12 @@ struct Steadied {
   std::int64_t steps;
 };
 
-fluid::Spec cell(const Array& study, double relaxation_time, std::int64_t nodes) {
+fluid::Spec cell(const Array& study, std::int64_t nodes) {
   fluid::Spec spec = study.fluid;
-  spec.relaxation_time = relaxation_time;
   spec.grid.size = {nodes, nodes, study.shape == Shape::Sphere ? nodes : 1};
   const auto side = static_cast<double>(nodes);
-  const double force =
-      study.velocity * fluid::viscosity(relaxation_time) * exact_resistance(study.shape, study.radius, side);
+  const double force = study.velocity * fluid::viscosity(spec.relaxation_time) *
+                       exact_resistance(study.shape, study.radius, side);
   spec.body_force[0] = force / static_cast<double>(nodes * nodes * spec.grid.size[2]);
   return spec;
 }
@@ -135,8 +130,8 @@ std::int64_t settling_steps(double side, double viscosity) {
 /// Steps until the markers take up the whole force. The flow's own relaxation, as slow as the mean velocity's
 /// approach to balance, is not waited for: creeping flow is linear, so that after its fast part, diffusion
 /// across the cell, has died out it is multiplied by what the balance lacks.
-Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes) {
-  const fluid::Spec spec = cell(study, relaxation_time, nodes);
+Steadied drag_of(const Array& study, std::int64_t nodes) {
+  const fluid::Spec spec = cell(study, nodes);
   const auto middle = static_cast<double>(nodes / 2);
   const Surface surface = study.shape == Shape::Sphere
                               ? sphere(study.radius, study.marker_spacing, {middle, middle, middle})
@@ -148,7 +143,7 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
   const std::unique_ptr<fluid::Fluid> fluid = fluid::make_fluid(spec);
   fluid->start([&](std::int64_t) { return fluid::equilibrium(1.0, {study.velocity, 0.0, 0.0}); });
 
-  const double nu = fluid::viscosity(relaxation_time);
+  const double nu = fluid::viscosity(spec.relaxation_time);
   const auto side = static_cast<double>(nodes);
   const std::int64_t settling = settling_steps(side, nu);
   const auto volume = static_cast<double>(spec.grid.count());
@@ -157,13 +152,8 @@ Steadied drag_of(const Array& study, double relaxation_time, std::int64_t nodes)
   double imbalance = INFINITY;
   int rounds = 0;
   for (;;) {
-    run_monitored(*fluid, study.monitor, fmt::format("tau = {}, {} nodes", relaxation_time, nodes),
-                  [&](const std::function<void()>& look_when_due) {
-                    for (std::int64_t step = 0; step < settling; ++step) {
-                      body.advance(*fluid, Vec3::Zero());
-                      look_when_due();
-                    }
-                  });
+    run_monitored(*fluid, study.monitor, fmt::format("{} nodes", nodes), settling,
+                  [&](std::int64_t) { body.advance(*fluid, Vec3::Zero()); });
     ++rounds;
     imbalance = body.total_force()[0] / whole - 1.0;
     if (std::abs(imbalance) <= study.steady_change) break;
@@ -205,24 +195,8 @@ double fitted_radius(const Array& study, std::int64_t nodes, double resistance) 
   return bracketed_root(excess, low, high);
 }
 
-struct Series {
-  double radius;    // fitted
-  double relative;  // fitted to the drag over U less the fluid's velocity at the markers
-  std::vector<Steadied> cells;
-};
-
 /// Up to which the series of drag is known to 0.1 %.
 double series_end(Shape shape) { return shape == Shape::Sphere ? 0.1251 : 0.1001; }
-
-void measure(const Array& study, double relaxation_time, Series& series) {
-  series.cells.push_back(drag_of(study, relaxation_time, study.first_cell));
-  series.radius = fitted_radius(study, study.first_cell, series.cells.front().resistance);
-  series.relative = fitted_radius(study, study.first_cell, series.cells.front().relative);
-  for (const double fraction : study.solid_fractions) {
-    const auto nodes = std::llround(side_of(study.shape, series.radius, fraction));
-    series.cells.push_back(drag_of(study, relaxation_time, nodes));
-  }
-}
 
 /// Whether any drag is predicted.
 bool predicts(const Array& study) {
@@ -230,98 +204,84 @@ bool predicts(const Array& study) {
                      [&](double fraction) { return fraction < series_end(study.shape); });
 }
 
-void run(const Array& study, Observations& seen, Progress& progress) {
-  std::vector<Series> found(study.relaxation_times.size());
-  std::exception_ptr broken;
-  try {
-    for_all(found.size(), "relaxation times", progress,
-            [&](std::size_t i) { measure(study, study.relaxation_times[i], found[i]); });
-  } catch (const NumericalFailure&) {
-    broken = std::current_exception();  // the cells that came to rest are kept
+Observations declared(const Array& study) {
+  Observations all;
+  all.records = {
+      {"array",
+       "Drag of each body of an array of markers, with the radius fitted to the most dilute one",
+       {{"nodes", "", "1", "across a cell", {}},
+        {"solid_fraction", "c", "1", "with the fitted radius", {}},
+        {"drag", "", "1", "of the fitted radius, in the units of the table", {}},
+        {"drag_exact", "", "1", "series; not a number beyond its end", {}},
+        {"error_drag", "", "1", "relative; of the first cell zero by the fit", {}},
+        {"error_relative", "", "1", "the same by U less the fluid's mean velocity at the markers", {}},
+        {"slip", "", "1", "root mean square of sum f c + g/2 at the markers, over U", {}},
+        {"across", "", "1", "force across the flow over the force along it", {}},
+        {"steps", "", "T", "until the force was balanced", {}}}}};
+  all.metrics = {
+      {"offset", {}, "L", "fitted radius beyond the markers'"},
+      {"offset_relative", {}, "L", "the same, fitted by U less the fluid's mean velocity at the markers"},
+      {"slip", {}, "1", "over U, in the most dilute array"},
+      {"imbalance", {}, "1", "largest share of the force that markers do not take up"},
+      {"force_across", {}, "1", "largest force across the flow, over the drag"}};
+  for (std::size_t i = 1; i <= study.solid_fractions.size(); ++i) {
+    all.metrics.push_back({fmt::format("drag_{}", i),
+                           {},
+                           "1",
+                           fmt::format("at solid fraction {}", study.solid_fractions[i - 1])});
   }
-
-  Record record{
-      "array",
-      "Drag of each body of an array of markers, with the radius fitted to the most dilute one",
-      {{"relaxation_time", "tau", "T", "", {}},
-       {"nodes", "", "1", "across a cell", {}},
-       {"solid_fraction", "c", "1", "with the fitted radius", {}},
-       {"drag", "", "1", "of the fitted radius, in the units of the table", {}},
-       {"drag_exact", "", "1", "series; not a number beyond its end", {}},
-       {"error_drag", "", "1", "relative; of the first cell zero by the fit", {}},
-       {"error_relative", "", "1", "the same by U less the fluid's mean velocity at the markers", {}},
-       {"slip", "", "1", "root mean square of sum f c + g/2 at the markers, over U", {}},
-       {"across", "", "1", "force across the flow over the force along it", {}},
-       {"steps", "", "T", "until the force was balanced", {}}}};
-  double worst = 0.0, worst_relative = 0.0, imbalance = 0.0, across = 0.0;
-  for (std::size_t t = 0; t < found.size(); ++t) {
-    const Series& series = found[t];
-    if (!(series.relative > 0.0)) continue;  // it broke off before
-    const std::string suffix = fmt::format("_{}", t + 1);
-    const double unit = unit_of(study.shape, series.radius);
-    for (std::size_t i = 0; i < series.cells.size(); ++i) {
-      const Steadied& s = series.cells[i];
-      const auto side = static_cast<double>(s.nodes);
-      const double fraction = solid_fraction(study.shape, series.radius, side);
-      const bool is_known = i == 0 || study.solid_fractions[i - 1] < series_end(study.shape);
-      const double exact = is_known ? exact_resistance(study.shape, series.radius, side) : NAN;
-      const double error = s.resistance / exact - 1.0;
-      const double error_relative =
-          !is_known ? NAN : s.relative / exact_resistance(study.shape, series.relative, side) - 1.0;
-      record.append({study.relaxation_times[t], side, fraction, s.resistance / unit, exact / unit,
-                     std::abs(error), std::abs(error_relative), s.slip, s.across,
-                     static_cast<double>(s.steps)});
-      imbalance = worse(imbalance, s.imbalance);
-      across = worse(across, s.across);
-      if (i == 0) continue;
-      if (!is_known) {
-        seen.metrics.push_back({fmt::format("drag_{}{}", i, suffix), s.resistance / unit, "1",
-                                fmt::format("at solid fraction {}, the nearest to {}, tau = {}", fraction,
-                                            study.solid_fractions[i - 1], study.relaxation_times[t])});
-        continue;
-      }
-      worst = worse(worst, std::abs(error));
-      worst_relative = worse(worst_relative, std::abs(error_relative));
-      // The cell is a whole number of nodes: the fraction is not quite the one asked for.
-      const double wanted = study.solid_fractions[i - 1];
-      const double at_wanted =
-          exact_resistance(study.shape, series.radius, side_of(study.shape, series.radius, wanted));
-      seen.metrics.push_back(
-          {fmt::format("drag_{}{}", i, suffix), s.resistance / unit * at_wanted / exact, "1",
-           fmt::format("at solid fraction {}, tau = {}", wanted, study.relaxation_times[t])});
-    }
-    seen.metrics.push_back(
-        {"offset" + suffix, series.radius - study.radius, "L",
-         fmt::format("fitted radius beyond the markers', tau = {}", study.relaxation_times[t])});
-    seen.metrics.push_back({"offset_relative" + suffix, series.relative - study.radius, "L",
-                            "the same, fitted by U less the fluid's mean velocity at the markers"});
-    seen.metrics.push_back(
-        {"slip" + suffix, series.cells.front().slip, "1",
-         fmt::format("over U, in the most dilute array, tau = {}", study.relaxation_times[t])});
-  }
-  seen.records.push_back(record);
-  if (broken) std::rethrow_exception(broken);
   if (predicts(study)) {
-    seen.metrics.push_back({"prediction_error", worst, "1", "largest of the predicted drags"});
-    seen.metrics.push_back({"prediction_error_relative", worst_relative, "1",
-                            "the same by U less the fluid's mean velocity at the markers"});
+    all.metrics.push_back({"prediction_error", {}, "1", "largest of the predicted drags"});
+    all.metrics.push_back({"prediction_error_relative",
+                           {},
+                           "1",
+                           "the same by U less the fluid's mean velocity at the markers"});
   }
-  seen.metrics.push_back(
-      {"imbalance", imbalance, "1", "largest share of the force that markers do not take up"});
-  seen.metrics.push_back({"force_across", across, "1", "largest force across the flow, over the drag"});
+  return all;
 }
 
-std::vector<std::string> measures_of(const Array& study) {
-  std::vector<std::string> measures{"imbalance", "force_across", "array.drag", "array.solid_fraction"};
-  if (predicts(study)) measures.insert(measures.end(), {"prediction_error", "prediction_error_relative"});
-  for (std::size_t t = 1; t <= study.relaxation_times.size(); ++t) {
-    measures.push_back(fmt::format("offset_{}", t));
-    measures.push_back(fmt::format("offset_relative_{}", t));
-    measures.push_back(fmt::format("slip_{}", t));
-    for (std::size_t i = 1; i <= study.solid_fractions.size(); ++i)
-      measures.push_back(fmt::format("drag_{}_{}", i, t));
+void run(const Array& study, Observations& seen, Progress& progress) {
+  const std::size_t cells = study.solid_fractions.size() + 1;
+  progress.show("cells", 0, cells);
+  const Steadied first = drag_of(study, study.first_cell);
+  const double radius = fitted_radius(study, study.first_cell, first.resistance);
+  const double relative = fitted_radius(study, study.first_cell, first.relative);
+  const double unit = unit_of(study.shape, radius);
+  seen.set("offset", radius - study.radius);
+  seen.set("offset_relative", relative - study.radius);
+  seen.set("slip", first.slip);
+  observe::Record& record = seen.open("array");
+  double worst = 0.0, worst_relative = 0.0, imbalance = 0.0, across = 0.0;
+  for (std::size_t i = 0; i < cells; ++i) {
+    const double wanted = i == 0 ? 0.0 : study.solid_fractions[i - 1];
+    const Steadied s = i == 0 ? first : drag_of(study, std::llround(side_of(study.shape, radius, wanted)));
+    const auto side = static_cast<double>(s.nodes);
+    const bool is_known = wanted < series_end(study.shape);
+    const double exact = is_known ? exact_resistance(study.shape, radius, side) : NAN;
+    const double error = std::abs(s.resistance / exact - 1.0);
+    const double error_relative =
+        is_known ? std::abs(s.relative / exact_resistance(study.shape, relative, side) - 1.0) : NAN;
+    record.append({side, solid_fraction(study.shape, radius, side), s.resistance / unit, exact / unit, error,
+                   error_relative, s.slip, s.across, static_cast<double>(s.steps)});
+    progress.show("cells", i + 1, cells);
+    imbalance = worse(imbalance, s.imbalance);
+    across = worse(across, s.across);
+    if (i == 0) continue;
+    double drag = s.resistance / unit;
+    if (is_known) {
+      worst = worse(worst, error);
+      worst_relative = worse(worst_relative, error_relative);
+      // The cell is a whole number of nodes: the fraction is not quite the one asked for.
+      drag = drag * exact_resistance(study.shape, radius, side_of(study.shape, radius, wanted)) / exact;
+    }
+    seen.set(fmt::format("drag_{}", i), drag);
   }
-  return measures;
+  if (predicts(study)) {
+    seen.set("prediction_error", worst);
+    seen.set("prediction_error_relative", worst_relative);
+  }
+  seen.set("imbalance", imbalance);
+  seen.set("force_across", across);
 }
 
 }  // namespace
@@ -329,27 +289,16 @@ std::vector<std::string> measures_of(const Array& study) {
 engine::Study read_array(const io::Table& top) {
   const io::Table t = top.table("immersed");
   const Array study{
-      .fluid = read_fluid(top, true),
-      .forcing = read_forcing(top),
+      .fluid = read_fluid(top),
+      .forcing = read_forcing(top, Volume::OfSurface),
       .shape = t.choice("body", {"sphere", "cylinder"}) == "sphere" ? Shape::Sphere : Shape::Cylinder,
       .radius = read_positive(t, "radius", 3.0),
       .marker_spacing = read_positive(t, "marker_spacing", 1.0),
       .first_cell = t.integer("first_cell", 4, 4096),
       .solid_fractions = t.numbers("solid_fractions"),
-      .relaxation_times = t.numbers("relaxation_times"),
       .velocity = read_positive(t, "velocity", 1e-4),
       .steady_change = read_positive(t, "steady_change", 1e-5),
       .monitor = engine::read_monitor(top)};
-  if (top.has("coupling") && top.table("coupling").has("marker_volume")) {
-    top.table("coupling")
-        .fail("marker_volume", "'marker_volume' is set",
-              "a marker stands for its share of the surface times h", "Set immersed.marker_spacing");
-  }
-  if (study.relaxation_times.empty() ||
-      *std::min_element(study.relaxation_times.begin(), study.relaxation_times.end()) <= 0.5) {
-    t.fail("relaxation_times", "none, or one that is not more than 0.5",
-           "the viscosity (tau - 1/2)/3 must be positive", "Give for example [0.8, 1.2]");
-  }
   const auto first_cell = static_cast<double>(study.first_cell);
   const double dilute = solid_fraction(study.shape, study.radius, first_cell);
   if (!(dilute < series_end(study.shape))) {
@@ -375,17 +324,14 @@ engine::Study read_array(const io::Table& top) {
              "Choose between the two, not too near to the last");
     }
   }
-  for (const double tau : study.relaxation_times) {
-    engine::check_representation(top, cell(study, tau, study.first_cell));
-    engine::whole_steps(settling_time(first_cell, fluid::viscosity(tau)), 0.0, "to settle the flow takes",
-                        t.place("relaxation_times"));
-  }
+  engine::whole_steps(settling_time(first_cell, fluid::viscosity(study.fluid.relaxation_time)), 0.0,
+                      "to settle the flow takes", top.table("fluid").place("relaxation_time"));
   return {
-      .plan = engine::read_plan(top, {.fluid = cell(study, study.relaxation_times.front(), study.first_cell),
+      .plan = engine::read_plan(top, {.fluid = cell(study, study.first_cell),
                                       .initial_flow = true,
                                       .coupling = engine::read_coupling(top),
                                       .exchange = "markers at rest on the surface of the body"}),
-      .measures = measures_of(study),
+      .declares = declared(study),
       .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }
 

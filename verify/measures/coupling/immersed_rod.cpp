@@ -126,12 +126,7 @@ Answer oscillate(const Rod& study, const Piece& piece) {
   };
   run_monitored(*fluid, study.monitor,
                 fmt::format("box of {} nodes, period {}, z0 = {}", piece.box, piece.period, piece.amplitude),
-                [&](const std::function<void()>& look_when_due) {
-                  for (std::int64_t step = 0; step < study.cycles * piece.period; ++step) {
-                    advance(step);
-                    look_when_due();
-                  }
-                });
+                study.cycles * piece.period, advance);
   const auto harmonics = basis.colPivHouseholderQr();
   const Eigen::VectorXd fit = harmonics.solve(force);
   const Eigen::VectorXd fit_carried = harmonics.solve(carried);
@@ -206,6 +201,48 @@ Record forces_of(const std::vector<Piece>& pieces, const std::vector<std::option
   return record;
 }
 
+Observations declared(const Rod& study) {
+  Observations all;
+  all.records = {
+      {"rod",
+       "Force per velocity of the fluid at the rod, over that of Stokes' cylinder of the fitted radius",
+       {{"box", "", "L", "side of the periodic box", {}},
+        {"period", "", "T", "", {}},
+        {"amplitude", "z0", "L", "", {}},
+        {"ratio_unbounded", "", "1", "amplitude over that in an unbounded fluid", {}},
+        {"lead_unbounded", "", "1", "phase before that in an unbounded fluid [rad]", {}},
+        {"ratio", "", "1", "amplitude over that in the box, with images and sound", {}},
+        {"lead", "", "1", "phase before that in the box [rad]", {}},
+        {"slip", "", "1", "of sum f c + g/2 over the largest velocity", {}},
+        {"carried", "", "1", "amplitude of the fluid's velocity at the markers over the rod's", {}},
+        {"residual", "", "1", "what is not the first harmonic, over its amplitude", {}}}}};
+  all.metrics = {
+      {"radius", {}, "L", "fitted to the amplitude at the first period in the largest box"},
+      {"offset", {}, "L", "fitted radius beyond the section's nominal one"},
+      {"lead", {}, "1", "phase before theory where the radius is fitted [rad]"},
+      {"amplitude_error", {}, "1", "largest, of the amplitudes against theory for the box"},
+      {"phase_error", {}, "1", "largest, of the phases [rad]"},
+      {"box_effect", {}, "1", "complex distance from the unbounded fluid, largest box"},
+      {"inside_mass",
+       {},
+       "1",
+       "inertia beside that of the fluid outside, over pi a^2; where the radius is fitted"},
+      {"carried",
+       {},
+       "1",
+       "amplitude of the fluid's velocity at the markers over the rod's, where the radius is fitted"},
+      {"slip", {}, "1", "of sum f c + g/2 over the largest velocity"},
+      {"residual", {}, "1", "largest, of small amplitudes: what is not the first harmonic"}};
+  for (std::size_t i = 1; i < study.amplitudes.size(); ++i) {
+    all.metrics.push_back(
+        {fmt::format("large_ratio_{}", i),
+         {},
+         "1",
+         fmt::format("amplitude of the force over theory at z0 = {}", study.amplitudes[i])});
+  }
+  return all;
+}
+
 void run(const Rod& study, Observations& seen, Progress& progress) {
   const std::vector<Piece> pieces = pieces_of(study);
   std::vector<std::optional<Answer>> answers(pieces.size());
@@ -221,19 +258,7 @@ void run(const Rod& study, Observations& seen, Progress& progress) {
 
   const double radius = fitted_radius(study, pieces.front(), found.front());
   const double nu = fluid::viscosity(study.fluid.relaxation_time);
-  Record record{
-      "rod",
-      "Force per velocity of the fluid at the rod, over that of Stokes' cylinder of the fitted radius",
-      {{"box", "", "L", "side of the periodic box", {}},
-       {"period", "", "T", "", {}},
-       {"amplitude", "z0", "L", "", {}},
-       {"ratio_unbounded", "", "1", "amplitude over that in an unbounded fluid", {}},
-       {"lead_unbounded", "", "1", "phase before that in an unbounded fluid [rad]", {}},
-       {"ratio", "", "1", "amplitude over that in the box, with images and sound", {}},
-       {"lead", "", "1", "phase before that in the box [rad]", {}},
-       {"slip", "", "1", "of sum f c + g/2 over the largest velocity", {}},
-       {"carried", "", "1", "amplitude of the fluid's velocity at the markers over the rod's", {}},
-       {"residual", "", "1", "what is not the first harmonic, over its amplitude", {}}}};
+  Record& record = seen.open("rod");
   double worst_ratio = 0.0, worst_lead = 0.0, residual = 0.0;
   const std::size_t linear = study.boxes.size() * study.periods.size();
   for (std::size_t i = 0; i < pieces.size(); ++i) {
@@ -255,35 +280,26 @@ void run(const Rod& study, Observations& seen, Progress& progress) {
   const double inside = (alone - analytic::oscillating_cylinder_force(radius, omega, nu)).imag() / omega /
                         (std::numbers::pi * radius * radius);
 
-  seen = {.records = {record},
-          .metrics = {
-              {"radius", radius, "L", "fitted to the amplitude at the first period in the largest box"},
-              {"offset", radius - study.radius, "L", "fitted radius beyond the section's nominal one"},
-              {"lead", record.find("lead")->values.front(), "1",
-               "phase before theory where the radius is fitted [rad]"},
-              {"amplitude_error", worst_ratio, "1", "largest, of the amplitudes against theory for the box"},
-              {"phase_error", worst_lead, "1", "largest, of the phases [rad]"},
-              {"box_effect", std::abs(first / unbounded(radius, omega, nu) - 1.0), "1",
-               "complex distance from the unbounded fluid, largest box"},
-              {"inside_mass", inside, "1",
-               "inertia beside that of the fluid outside, over pi a^2; where the radius is fitted"},
-              {"carried", std::abs(found.front().carried), "1",
-               "amplitude of the fluid's velocity at the markers over the rod's, where the radius is fitted"},
-              {"slip", found.front().slip, "1", "of sum f c + g/2 over the largest velocity"},
-              {"residual", residual, "1", "largest, of small amplitudes: what is not the first harmonic"}}};
-  for (std::size_t i = linear; i < pieces.size(); ++i) {
-    seen.metrics.push_back(
-        {fmt::format("large_ratio_{}", i - linear + 1), record.find("ratio")->values[i], "1",
-         fmt::format("amplitude of the force over theory at z0 = {}", pieces[i].amplitude)});
-  }
+  seen.set("radius", radius);
+  seen.set("offset", radius - study.radius);
+  seen.set("lead", record.find("lead")->values.front());
+  seen.set("amplitude_error", worst_ratio);
+  seen.set("phase_error", worst_lead);
+  seen.set("box_effect", std::abs(first / unbounded(radius, omega, nu) - 1.0));
+  seen.set("inside_mass", inside);
+  seen.set("carried", std::abs(found.front().carried));
+  seen.set("slip", found.front().slip);
+  seen.set("residual", residual);
+  for (std::size_t i = linear; i < pieces.size(); ++i)
+    seen.set(fmt::format("large_ratio_{}", i - linear + 1), record.find("ratio")->values[i]);
 }
 
 }  // namespace
 
 engine::Study read_rod(const io::Table& top) {
   const io::Table t = top.table("immersed");
-  const Rod study{.fluid = read_fluid(top, false),
-                  .forcing = read_forcing(top),
+  const Rod study{.fluid = read_fluid(top),
+                  .forcing = read_forcing(top, Volume::Given),
                   .radius = read_positive(t, "radius", 2.5),
                   .boxes = read_rising(t, "boxes", 8, 4096),
                   .periods = t.integers("oscillation_periods"),
@@ -320,17 +336,12 @@ engine::Study read_rod(const io::Table& top) {
     engine::check_images(slice, study.forcing.delta, Vec3(2.0, 2.0, 0.0) * std::floor(study.radius),
                          {0.0, stroke, 0.0}, "the rod", t.place("boxes"));
   }
-  std::vector<std::string> measures{"radius",      "offset",     "lead",        "amplitude_error",
-                                    "phase_error", "box_effect", "inside_mass", "carried",
-                                    "slip",        "residual"};
-  for (std::size_t i = 1; i < study.amplitudes.size(); ++i)
-    measures.push_back(fmt::format("large_ratio_{}", i));
   return {
       .plan = engine::read_plan(
           top, {.fluid = box_of(study, study.boxes.back()),
                 .coupling = engine::read_coupling(top),
                 .exchange = "boundary nodes of a section as markers, moved across the rod's axis"}),
-      .measures = measures,
+      .declares = declared(study),
       .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
 }
 

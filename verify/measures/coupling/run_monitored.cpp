@@ -5,7 +5,7 @@
 namespace veriflex::measures {
 
 void run_monitored(const fluid::Fluid& fluid, const observe::MonitorSpec& monitor, const std::string& name,
-                   const Steps& steps) {
+                   std::int64_t steps, const std::function<void(std::int64_t step)>& advance) {
   observe::Observations good;
   const auto check = [&] {
     const fluid::Extremes seen = observe::check(fluid, monitor);
@@ -13,9 +13,10 @@ void run_monitored(const fluid::Fluid& fluid, const observe::MonitorSpec& monito
   };
   try {
     check();
-    steps([&] {
+    for (std::int64_t step = 0; step < steps; ++step) {
+      advance(step);
       if (fluid.steps() % monitor.every == 0) check();
-    });
+    }
     check();
   } catch (const NumericalFailure& failure) {
     throw observe::Interrupted(failure.at(name), std::move(good));

@@ -9,12 +9,10 @@
 
 namespace veriflex::measures {
 
-/// A run, which makes the fluid's steps and calls `check_when_due` after each.
-using Steps = std::function<void(const std::function<void()>& check_when_due)>;
-
-/// Checks the fluid before the run, at every monitor.every-th step and at the end. What breaks off, called
-/// `name`, throws observe::Interrupted with the metrics of the last good check.
+/// Calls advance(0), advance(1), ... for so many steps, each of which makes one of the fluid. Checks the
+/// fluid before the run, at every monitor.every-th step and at the end. What breaks off, called `name`,
+/// throws observe::Interrupted with the metrics of the last good check.
 void run_monitored(const fluid::Fluid& fluid, const observe::MonitorSpec& monitor, const std::string& name,
-                   const Steps& steps);
+                   std::int64_t steps, const std::function<void(std::int64_t step)>& advance);
 
 }  // namespace veriflex::measures

@@ -18,11 +18,11 @@ Stroke read_stroke(const io::Table& top);
 /// InputError, also where it then has no room in its box.
 Stroke varied(const Stroke& base, const io::Table& variant);
 
-/// The plan, with a scene that cannot be planned, or whose filament has no room in its box, reported at its
-/// place in the case.
 /// Of so many runs of the stroke.
 scene::ExpectedWork expected_work(const Stroke& stroke, std::int64_t runs);
 
+/// The plan, with a scene that cannot be planned, or whose filament has no room in its box, reported at its
+/// place in the case.
 scene::Plan plan_stroke(const io::Table& top, const Stroke& stroke);
 
 }  // namespace veriflex::measures

@@ -6,7 +6,6 @@
 
 #include "measures/filament/filament_compare.hpp"
 #include "observe/interrupted.hpp"
-#include "observe/run.hpp"
 
 namespace veriflex::measures {
 
@@ -27,46 +26,45 @@ observe::Record history_of(const StrokeResult& seen, const std::string& name, co
   return record;
 }
 
-namespace {
-
-/// What is left of a stroke that broke off.
-observe::Observations until(const StrokeResult& seen, const std::string& history, const std::string& law) {
-  const LastGood& good = seen.last_good;
-  observe::Observations left{
-      .records = {history_of(seen, history, law), observe::last_good_nodes({good.nodes}, law)},
-      .metrics = observe::last_good(good.step, good.fluid)};
-  left.metrics.push_back({"last_min_strain", seen.min_strain, "1", "of any bond until the end"});
-  left.metrics.push_back({"last_max_strain", seen.max_strain, "1", "of any bond until the end"});
-  return left;
+observe::Metric growth_of_coupling() {
+  return {
+      "coupling_growth",
+      {},
+      "1",
+      "largest factor a step of the linearised exchange, without the fluid's own motion; up to 1 is stable"};
 }
 
-}  // namespace
-
 void check_strokes(const std::vector<Stroke>& strokes, observe::Observations& seen, Progress& progress) {
-  seen.metrics.push_back(
-      {"coupling_growth", 0.0, "1",
-       "largest factor a step of the linearised exchange, without the fluid's own motion; up "
-       "to 1 is stable"});
-  for (const Stroke& stroke : strokes) {
-    engine::check_coupling(stroke.fluid, body_of(stroke),
-                           fmt::format("the {} body", bond::name_of(stroke.law)), stroke.node_mass_place,
-                           seen.metrics.back().value, progress);
+  double growth = 0.0;
+  const auto check = [&] {
+    for (const Stroke& stroke : strokes) {
+      engine::check_coupling(stroke.fluid, body_of(stroke),
+                             fmt::format("the {} body", bond::name_of(stroke.law)), stroke.node_mass_place,
+                             growth, progress);
+    }
+  };
+  try {
+    check();
+  } catch (const InputError&) {
+    seen.set("coupling_growth", growth);
+    throw;
   }
+  seen.set("coupling_growth", growth);
 }
 
 StrokeResult run_guarded(const Stroke& stroke, const std::string& name, const std::string& history,
                          Progress& progress) {
+  StrokeResult seen;
   try {
-    return run_stroke(stroke, name, progress);
-  } catch (const StrokeFailure& failure) {
-    throw observe::Interrupted(failure.at(name), until(failure.seen, history, name));
+    run_stroke(stroke, name, progress, seen);
+  } catch (const observe::Interrupted& broken) {
+    observe::Observations left = broken.seen;
+    left.records.insert(left.records.begin(), history_of(seen, history, name));
+    left.metrics.push_back({"last_min_strain", seen.min_strain, "1", "of any bond until the end"});
+    left.metrics.push_back({"last_max_strain", seen.max_strain, "1", "of any bond until the end"});
+    throw observe::Interrupted(broken, std::move(left));
   }
-}
-
-std::vector<observe::Metric> period_change_of(const StrokeResult& seen, double z0, const std::string& name,
-                                              const std::string& meaning) {
-  if (seen.lines.size() < 2 * phases_per_period) return {};
-  return {{name, change_over_last_period(seen, z0), "1", meaning}};
+  return seen;
 }
 
 std::vector<engine::Phase> parts_of(const scene::Simulation::Seconds& s) {

@@ -8,17 +8,14 @@
 namespace veriflex::measures {
 
 /// Checks the coupling of each of these bodies to the fluid, see engine::check_coupling(). Their largest
-/// growth becomes metric `coupling_growth`, also of a scene that is then refused.
+/// growth is set as `coupling_growth`, also of a scene that is then refused.
 void check_strokes(const std::vector<Stroke>& strokes, observe::Observations& seen, Progress& progress);
+observe::Metric growth_of_coupling();  // that metric, to be declared
 
 /// run_stroke() under that name. Throws observe::Interrupted with what was seen when the stroke breaks off,
 /// its course in time as record `history`.
 StrokeResult run_guarded(const Stroke& stroke, const std::string& name, const std::string& history,
                          Progress& progress);
-
-/// `period_change` of a stroke, under that name; nothing when it has no period before the last.
-std::vector<observe::Metric> period_change_of(const StrokeResult& seen, double z0, const std::string& name,
-                                              const std::string& meaning);
 
 /// The stroke in time, as far as its numbers are finite.
 observe::Record history_of(const StrokeResult& seen, const std::string& record, const std::string& law);

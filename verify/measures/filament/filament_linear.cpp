@@ -3,6 +3,7 @@
 #include <Eigen/LU>
 #include <cmath>
 #include <complex>
+#include <functional>
 #include <numbers>
 
 #include "analytic/immersed.hpp"
@@ -28,7 +29,6 @@ namespace {
 
 using Complex = std::complex<double>;
 using observe::Observations;
-using observe::Record;
 
 struct Beam {
   double bending;  // B         [M L^3 T^-2]
@@ -162,20 +162,48 @@ struct LinearStudy {
 /// Measured with both laws, and in three theories.
 using Shapes = std::array<Shape, 5>;
 
-Record record_of(const Shapes& shapes) {
-  Record record{"first_harmonic",
-                "First harmonic of the stroke along the filament, over the drive",
-                {{"section", "", "1", "0 at the free end", {}},
-                 {"amplitude", "|W|", "1", "measured, law of [bond]", {}},
-                 {"phase", "arg W", "1", "of the same [rad]", {}},
-                 {"amplitude_compared", "", "1", "measured, law of [compared_bond]", {}},
-                 {"phase_compared", "", "1", "of the same [rad]", {}},
-                 {"amplitude_rings", "", "1", "beam, inertia, sections in each other's unsteady flow", {}},
-                 {"phase_rings", "", "1", "of the same [rad]", {}},
-                 {"amplitude_cylinder", "", "1", "beam, inertia, Stokes' oscillating cylinder", {}},
-                 {"phase_cylinder", "", "1", "of the same [rad]", {}},
-                 {"amplitude_resistive", "", "1", "beam in steady resistive-force theory", {}},
-                 {"phase_resistive", "", "1", "of the same [rad]", {}}}};
+Observations declared(const LinearStudy& study) {
+  Observations all;
+  all.records = {{"first_harmonic",
+                  "First harmonic of the stroke along the filament, over the drive",
+                  {{"section", "", "1", "0 at the free end", {}},
+                   {"amplitude", "|W|", "1", "measured, law of [bond]", {}},
+                   {"phase", "arg W", "1", "of the same [rad]", {}},
+                   {"amplitude_compared", "", "1", "measured, law of [compared_bond]", {}},
+                   {"phase_compared", "", "1", "of the same [rad]", {}},
+                   {"amplitude_rings", "", "1", "beam, inertia, sections in each other's unsteady flow", {}},
+                   {"phase_rings", "", "1", "of the same [rad]", {}},
+                   {"amplitude_cylinder", "", "1", "beam, inertia, Stokes' oscillating cylinder", {}},
+                   {"phase_cylinder", "", "1", "of the same [rad]", {}},
+                   {"amplitude_resistive", "", "1", "beam in steady resistive-force theory", {}},
+                   {"phase_resistive", "", "1", "of the same [rad]", {}}}}};
+  all.metrics = {
+      growth_of_coupling(),
+      {"rings_error",
+       {},
+       "1",
+       "max |W - W of linear theory|, sections in each other's unsteady flow, law of [bond]"},
+      {"rings_error_compared", {}, "1", "the same, law of [compared_bond]"},
+      {"rings_error_without_slip", {}, "1", "the same theory if markers moved with the fluid, law of [bond]"},
+      {"cylinder_error",
+       {},
+       "1",
+       "max |W - W of linear theory|, Stokes' oscillating cylinder, law of [bond]"},
+      {"resistive_error", {}, "1", "the same, steady resistive-force theory"},
+      {"law_distance", {}, "1", "max |W - W| between the two laws"},
+      {"tip_amplitude", {}, "1", "|W| at the free end, measured"},
+      {"tip_amplitude_rings", {}, "1", "the same in linear theory"},
+      {"resistance", {}, "M T^-1", "of direct forcing, force per section and slip"},
+      {"bending_stiffness", {}, "M L^3 T^-2", "B of the lattice"},
+      {"shear_stiffness", {}, "M L T^-2", "kappa GA of the lattice"},
+      {"solid_mass", {}, "M", "of a section's nodes; the fluid inside is part of the flow in the theories"},
+      {"dt_over_limit", {}, "1", "sub-step over the linear limit 2/omega_max at rest"}};
+  if (study.stroke.periods > 1)
+    all.metrics.push_back({"period_change", {}, "1", "max |d|/z0 from the period before, law of [bond]"});
+  return all;
+}
+
+void record_shapes(const Shapes& shapes, observe::Record& record) {
   std::vector<std::vector<double>> rows(static_cast<std::size_t>(shapes[0].size()));
   std::array<double, 5> phase{};  // runs on beyond pi from the driven end, where it is zero
   for (Eigen::Index s = shapes[0].size() - 1; s >= 0; --s) {
@@ -188,7 +216,6 @@ Record record_of(const Shapes& shapes) {
     }
   }
   for (const std::vector<double>& row : rows) record.append(row);
-  return record;
 }
 
 void run(const LinearStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
@@ -221,31 +248,22 @@ void run(const LinearStudy& study, Observations& seen, Progress& progress, engin
   const auto& [measured, compared, rings, cylinder, resistive] = shapes;
   cost.finish("theory");
 
-  seen.records.insert(seen.records.begin(), record_of(shapes));
-  const std::vector<observe::Metric> metrics{
-      {"rings_error", distance(measured, rings), "1",
-       "max |W - W of linear theory|, sections in each other's unsteady flow, law of [bond]"},
-      {"rings_error_compared", distance(compared, rings), "1", "the same, law of [compared_bond]"},
-      {"rings_error_without_slip",
-       distance(measured, shape_of(beam, omega, mass, drag_of_rings(beam, without_slip))), "1",
-       "the same theory if markers moved with the fluid, law of [bond]"},
-      {"cylinder_error", distance(measured, cylinder), "1",
-       "max |W - W of linear theory|, Stokes' oscillating cylinder, law of [bond]"},
-      {"resistive_error", distance(measured, resistive), "1", "the same, steady resistive-force theory"},
-      {"law_distance", distance(measured, compared), "1", "max |W - W| between the two laws"},
-      {"tip_amplitude", std::abs(measured[0]), "1", "|W| at the free end, measured"},
-      {"tip_amplitude_rings", std::abs(rings[0]), "1", "the same in linear theory"},
-      {"resistance", around.resistance, "M T^-1", "of direct forcing, force per section and slip"},
-      {"bending_stiffness", beam.bending, "M L^3 T^-2", "B of the lattice"},
-      {"shear_stiffness", beam.shear, "M L T^-2", "kappa GA of the lattice"},
-      {"solid_mass", mass, "M", "of a section's nodes; the fluid inside is part of the flow in the theories"},
-      {"dt_over_limit", worse(step_over_limit(stroke), step_over_limit(other)), "1",
-       "sub-step over the linear limit 2/omega_max at rest"}};
-  seen.metrics.insert(seen.metrics.end(), metrics.begin(), metrics.end());
-  for (const observe::Metric& metric : period_change_of(a, stroke.amplitude, "period_change",
-                                                        "max |d|/z0 from the period before, law of [bond]")) {
-    seen.metrics.push_back(metric);
-  }
+  record_shapes(shapes, seen.open("first_harmonic"));
+  seen.set("rings_error", distance(measured, rings));
+  seen.set("rings_error_compared", distance(compared, rings));
+  seen.set("rings_error_without_slip",
+           distance(measured, shape_of(beam, omega, mass, drag_of_rings(beam, without_slip))));
+  seen.set("cylinder_error", distance(measured, cylinder));
+  seen.set("resistive_error", distance(measured, resistive));
+  seen.set("law_distance", distance(measured, compared));
+  seen.set("tip_amplitude", std::abs(measured[0]));
+  seen.set("tip_amplitude_rings", std::abs(rings[0]));
+  seen.set("resistance", around.resistance);
+  seen.set("bending_stiffness", beam.bending);
+  seen.set("shear_stiffness", beam.shear);
+  seen.set("solid_mass", mass);
+  seen.set("dt_over_limit", worse(step_over_limit(stroke), step_over_limit(other)));
+  if (stroke.periods > 1) seen.set("period_change", change_over_last_period(a, stroke.amplitude));
 }
 
 }  // namespace
@@ -261,18 +279,9 @@ engine::Study read_filament_linear(const io::Table& top) {
         fmt::format("sections are rings of it, and it lies between {:.3g} and {:.3g}", 0.01 * spacing, most),
         "It is near the radius of the rod");
   }
-  std::vector<std::string> measures{"rings_error",         "rings_error_compared", "rings_error_without_slip",
-                                    "cylinder_error",      "resistive_error",      "law_distance",
-                                    "tip_amplitude",       "tip_amplitude_rings",  "resistance",
-                                    "bending_stiffness",   "shear_stiffness",      "solid_mass",
-                                    "dt_over_limit",       "coupling_growth",      "first_harmonic.amplitude",
-                                    "first_harmonic.phase"};
-  if (study.stroke.periods > 1) measures.emplace_back("period_change");
   return {.plan = plan_stroke(top, study.stroke),
-          .measures = measures,
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .declares = declared(study),
+          .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "base/reduce.hpp"
+#include "observe/run.hpp"
 #include "scene/markers.hpp"
 #include "solid/modes.hpp"
 
@@ -173,90 +174,106 @@ double Stroke::period() const { return 2.0 * std::numbers::pi / omega(); }
 
 namespace {
 
-/// The steps of run_stroke(): what is seen of them is added to `seen` as they are made.
-void run_steps(scene::Simulation& simulation, const Stroke& stroke, const std::string& name,
-               Progress& progress, StrokeResult& seen) {
-  const auto [axis, driven] = places_of(stroke, solid::rod_lattice(stroke.rod).rest);
-  const double period = stroke.period();
-  const auto check = [&] {
-    seen.last_good = {simulation.fluid().steps(), simulation.body().positions(),
-                      observe::check(simulation.fluid(), stroke.monitor)};
-    seen.max_mach =
-        worse(seen.max_mach, seen.last_good.fluid.max_speed / std::sqrt(fluid::sound_speed_squared));
-  };
-  check();
-  const auto every = std::max<std::int64_t>(1, std::llround(period / 64.0));
-  int next_phase = 1;
-  Positions before = simulation.body().solid().displacement();
-  double momentum_before = simulation.body().solid().momentum()[2];
-  for (std::int64_t step = 1; step <= seen.steps; ++step) {
-    simulation.advance();
-    if (step % stroke.monitor.every == 0 || step == seen.steps) check();
-    const auto time = static_cast<double>(step);
+/// Looks at a stroke after each of its steps.
+class StrokeObserver {
+ public:
+  StrokeObserver(const Stroke& stroke, StrokeResult& seen)
+      : stroke_(stroke),
+        seen_(seen),
+        places_(places_of(stroke, solid::rod_lattice(stroke.rod).rest)),
+        period_(stroke.period()),
+        every_(std::max<std::int64_t>(1, std::llround(period_ / 64.0))) {}
+
+  void look(const scene::Simulation& simulation) {
+    const std::int64_t step = simulation.steps();
     const Positions& now = simulation.body().solid().displacement();
-
-    // The drive's force is what is left of the body's momentum balance: inner forces add up to nothing.
-    const double momentum = simulation.body().solid().momentum()[2];
-    const double force = momentum - momentum_before - simulation.body().exchanged().col(2).sum();
-    momentum_before = momentum;
-    const auto in_period =
-        std::min<std::int64_t>(static_cast<std::int64_t>((time - 0.5) / period), stroke.periods - 1);
-    seen.work[static_cast<std::size_t>(in_period)] +=
-        force * (now(driven.front(), 2) - before(driven.front(), 2));
-
-    while (next_phase * period / phases_per_period <= time &&
-           next_phase <= stroke.periods * phases_per_period) {
-      const double part = next_phase * period / phases_per_period - (time - 1.0);  // linear between two steps
-      const Positions between = (1.0 - part) * before + part * now;
-      seen.lines.push_back(line_of(between, axis));
-      seen.centre.push_back(between.colwise().mean().transpose());
-      const int into_last = next_phase - (stroke.periods - 1) * phases_per_period;
-      if (stroke.film > 0 && into_last > 0) {
-        seen.film.push_back(
-            frame_of(simulation.fluid(), stroke, static_cast<double>(into_last) / phases_per_period));
-      }
-      ++next_phase;
+    if (step > 0) {
+      const double force = add_work(simulation, now);
+      add_phases(simulation, now);
+      const Lengths lengths = lengths_of(simulation);
+      const double time = static_cast<double>(step) / period_;
+      track_strains(simulation, stroke_, lengths, time, seen_);
+      if (step % every_ == 0 || step == seen_.steps) add_moment(simulation, now, lengths, force);
     }
-    before = now;
-    const Lengths lengths = lengths_of(simulation);
-    track_strains(simulation, stroke, lengths, time / period, seen);
-    if (step % every == 0 || step == seen.steps) {
-      Moment moment{};
-      moment.time = time / period;
-      moment.min_strain = std::sqrt(lengths.min_square) / stroke.rod.spacing - 1.0;
-      moment.max_strain = std::sqrt(lengths.max_square) / stroke.rod.spacing - 1.0;
-      moment.drive = now(driven.front(), 2);
-      moment.force = force;
-      moment.centre_y = now.col(1).mean();
-      moment.slip = std::sqrt(simulation.body().slip().squaredNorm() /
-                              static_cast<double>(simulation.body().slip().rows()));
-      if (time > (stroke.periods - 1) * period) count_lengths(simulation, stroke, seen);
-      seen.history.push_back(moment);
-      progress.show(name, static_cast<std::size_t>(step), static_cast<std::size_t>(seen.steps));
+    before_ = now;
+    momentum_before_ = simulation.body().solid().momentum()[2];
+  }
+
+ private:
+  /// The drive's force: what is left of the body's momentum balance, as inner forces add up to nothing.
+  double add_work(const scene::Simulation& simulation, const Positions& now) {
+    const double momentum = simulation.body().solid().momentum()[2];
+    const double force = momentum - momentum_before_ - simulation.body().exchanged().col(2).sum();
+    const auto time = static_cast<double>(simulation.steps());
+    const auto in_period =
+        std::min<std::int64_t>(static_cast<std::int64_t>((time - 0.5) / period_), stroke_.periods - 1);
+    const std::int32_t driven = places_.driven.front();
+    seen_.work[static_cast<std::size_t>(in_period)] += force * (now(driven, 2) - before_(driven, 2));
+    return force;
+  }
+
+  /// Centre lines, and the flow, at the phases passed in this step.
+  void add_phases(const scene::Simulation& simulation, const Positions& now) {
+    const auto time = static_cast<double>(simulation.steps());
+    for (; next_phase_ * period_ / phases_per_period <= time &&
+           next_phase_ <= stroke_.periods * phases_per_period;
+         ++next_phase_) {
+      const double part =
+          next_phase_ * period_ / phases_per_period - (time - 1.0);  // linear between two steps
+      const Positions between = (1.0 - part) * before_ + part * now;
+      seen_.lines.push_back(line_of(between, places_.axis));
+      seen_.centre.push_back(between.colwise().mean().transpose());
+      const int into_last = next_phase_ - (stroke_.periods - 1) * phases_per_period;
+      if (stroke_.film == 0 || into_last <= 0) continue;
+      seen_.film.push_back(
+          frame_of(simulation.fluid(), stroke_, static_cast<double>(into_last) / phases_per_period));
     }
   }
-}
+
+  void add_moment(const scene::Simulation& simulation, const Positions& now, const Lengths& lengths,
+                  double force) {
+    const auto time = static_cast<double>(simulation.steps());
+    const Positions& slip = simulation.body().slip();
+    seen_.history.push_back({.time = time / period_,
+                             .drive = now(places_.driven.front(), 2),
+                             .force = force,
+                             .centre_y = now.col(1).mean(),
+                             .slip = std::sqrt(slip.squaredNorm() / static_cast<double>(slip.rows())),
+                             .min_strain = std::sqrt(lengths.min_square) / stroke_.rod.spacing - 1.0,
+                             .max_strain = std::sqrt(lengths.max_square) / stroke_.rod.spacing - 1.0});
+    if (time > (stroke_.periods - 1) * period_) count_lengths(simulation, stroke_, seen_);
+  }
+
+  const Stroke& stroke_;
+  StrokeResult& seen_;
+  Places places_;
+  double period_;
+  std::int64_t every_;  // steps between moments
+  int next_phase_ = 1;
+  Positions before_;
+  double momentum_before_ = 0.0;
+};
 
 }  // namespace
 
-StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress) {
+void run_stroke(const Stroke& stroke, const std::string& name, Progress& progress, StrokeResult& seen) {
   scene::Simulation simulation = simulation_of(stroke);
-  StrokeResult seen;
   seen.histogram.assign(strain_bins, 0.0);
   seen.work.assign(static_cast<std::size_t>(stroke.periods), 0.0);
   seen.steps = static_cast<std::int64_t>(std::ceil(stroke.periods * stroke.period()));
-  try {
-    run_steps(simulation, stroke, name, progress, seen);
-  } catch (const NumericalFailure& failure) {
-    throw StrokeFailure(failure, std::move(seen));
-  }
+  StrokeObserver observer(stroke, seen);
+  const observe::Due each_step{1.0};
+  observe::Run run(simulation, stroke.monitor,
+                   {{each_step, [&](const scene::Simulation& now) { observer.look(now); }}}, name, progress);
+  run.advance(seen.steps, seen.steps);
+  run.finish();
+  seen.max_mach = run.max_mach();
   double bonds = 0.0;
   for (const double share : seen.histogram) bonds += share;
   for (double& share : seen.histogram) share /= bonds;
   seen.share_short /= bonds;
   seen.touched_nodes = simulation.body().touched_nodes();
   seen.seconds = simulation.seconds();
-  return seen;
 }
 
 }  // namespace veriflex::measures

@@ -62,13 +62,6 @@ struct Moment {
   double max_strain;
 };
 
-/// Body and fluid at the last check that passed.
-struct LastGood {
-  std::int64_t step = 0;
-  Positions nodes;  // where they are in the box, not wrapped  [L]
-  fluid::Extremes fluid;
-};
-
 struct StrokeResult {
   std::vector<CentreLine> lines;  // phases_per_period for each period, at k T/8, k = 1 ...
   std::vector<Vec3> centre;       // centre of mass at the same times
@@ -84,15 +77,6 @@ struct StrokeResult {
   std::size_t touched_nodes = 0;
   scene::Simulation::Seconds seconds;
   std::int64_t steps = 0;
-  LastGood last_good;
-};
-
-/// A stroke that left its validity, and what was seen of it until then: `work`, `histogram` and `share_short`
-/// are not yet divided.
-struct StrokeFailure : NumericalFailure {
-  StrokeFailure(const NumericalFailure& why, StrokeResult until_then)
-      : NumericalFailure(why), seen(std::move(until_then)) {}
-  StrokeResult seen;
 };
 
 constexpr int strain_bins = 80;
@@ -107,7 +91,8 @@ double step_over_limit(const Stroke& stroke);
 /// The scene of a stroke before its first step. Throws BadParameter and NumericalFailure.
 scene::Simulation simulation_of(const Stroke& stroke);
 
-/// Throws StrokeFailure when the run leaves its validity.
-StrokeResult run_stroke(const Stroke& stroke, const std::string& name, Progress& progress);
+/// Fills `seen` as it goes. Throws observe::Interrupted when the run leaves its validity; `work`, `histogram`
+/// and `share_short` are not yet divided then.
+void run_stroke(const Stroke& stroke, const std::string& name, Progress& progress, StrokeResult& seen);
 
 }  // namespace veriflex::measures

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 
 #include "base/reduce.hpp"
@@ -83,22 +84,53 @@ Effect effect_of(const Variant& variant, const Pair& seen, const Sensitivity& st
           worst(seen.law, seen.compared, variant.stroke.amplitude), swum(seen.law)};
 }
 
-Record empty_record() {
-  return {"sensitivity",
-          "What each open choice moves, and the distance between the laws under it",
-          {{"variant", "", "1", "number in the order of the case; 0 is the base", {}},
-           {"survived", "", "1", "1, or 0 when the run broke off", {}},
-           {"effect_z", "", "1", "max |dz|/z0 from the base, law of [bond], over the figures' phases", {}},
-           {"effect_swimming", "", "1", "max |d|/z0 of the same, displacement along y taken out", {}},
-           {"law_deviation_z", "", "1", "max |dz|/z0 between the laws", {}},
-           {"law_deviation_swimming", "", "1", "max |d|/z0 between the laws, swimming taken out", {}},
-           {"swum", "", "L", "along y in the last period, law of [bond]", {}},
-           {"coupling_growth", "", "1", "of the linearised exchange in a step, before the run", {}}}};
+/// Whether a variant's stroke is smaller than the base's: then the laws' distance is followed down to it.
+bool has_smaller(const Sensitivity& study) {
+  return std::any_of(study.variants.begin(), study.variants.end(),
+                     [&](const Variant& v) { return v.stroke.amplitude < study.base.amplitude; });
 }
 
-/// The row and the metrics of a variant; `why` it broke off when it has no effect.
-void report(const Variant& variant, const std::optional<Effect>& effect, const std::string& why,
-            double growth, Record& record, Observations& seen) {
+Observations declared(const Sensitivity& study) {
+  Observations all;
+  all.records = {
+      {"sensitivity",
+       "What each open choice moves, and the distance between the laws under it",
+       {{"variant", "", "1", "number in the order of the case; 0 is the base", {}},
+        {"survived", "", "1", "1, or 0 when the run broke off", {}},
+        {"effect_z", "", "1", "max |dz|/z0 from the base, law of [bond], over the figures' phases", {}},
+        {"effect_swimming", "", "1", "max |d|/z0 of the same, displacement along y taken out", {}},
+        {"law_deviation_z", "", "1", "max |dz|/z0 between the laws", {}},
+        {"law_deviation_swimming", "", "1", "max |d|/z0 between the laws, swimming taken out", {}},
+        {"swum", "", "L", "along y in the last period, law of [bond]", {}},
+        {"coupling_growth", "", "1", "of the linearised exchange in a step, before the run", {}}}}};
+  all.metrics = {growth_of_coupling(), {"deviation_z_max", {}, "1", "max |dz|/z0 between the laws, base"}};
+  if (study.base.periods > 1) {
+    all.metrics.push_back(
+        {"period_change", {}, "1", "max |d|/z0 from the period before, base, law of [bond]"});
+  }
+  for (const Variant& variant : study.variants) {
+    all.metrics.push_back(
+        {"effect_" + variant.name, {}, "1", "max |dz|/z0 from the base, law of [bond]: " + variant.label});
+    all.metrics.push_back(
+        {"law_deviation_" + variant.name, {}, "1", "max |dz|/z0 between the laws: " + variant.label});
+  }
+  all.metrics.push_back({"deviation_uncertainty",
+                         {},
+                         "1",
+                         "most that the variants called numerical change the distance between the laws"});
+  all.metrics.push_back({"failures", {}, "1", "variants that broke off"});
+  if (has_smaller(study)) {
+    all.metrics.push_back({"growth_exponent",
+                           {},
+                           "1",
+                           "|dz| between the laws grows as z0 to this power, smallest amplitude to base"});
+  }
+  return all;
+}
+
+/// The row and the metrics of a variant; one that broke off has no effect.
+void report(const Variant& variant, const std::optional<Effect>& effect, double growth, Observations& seen) {
+  Record& record = seen.open("sensitivity");
   const auto number = static_cast<double>(record.columns.front().values.size());
   std::vector<double> row{number, 0.0, NAN, NAN, NAN, NAN, NAN, growth};
   if (effect) {
@@ -112,31 +144,23 @@ void report(const Variant& variant, const std::optional<Effect>& effect, const s
            growth};
   }
   record.append(row);
-  const std::string label = effect ? variant.label : fmt::format("{} ({})", variant.label, why);
-  seen.metrics.push_back(
-      {"effect_" + variant.name, row[2], "1", "max |dz|/z0 from the base, law of [bond]: " + label});
-  seen.metrics.push_back(
-      {"law_deviation_" + variant.name, row[4], "1", "max |dz|/z0 between the laws: " + label});
+  seen.set("effect_" + variant.name, row[2]);
+  seen.set("law_deviation_" + variant.name, row[4]);
 }
 
 void run(const Sensitivity& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   check_strokes({study.base, with(study.base, study.compared)}, seen, progress);
-  const double base_growth = seen.metrics.back().value;
+  const double base_growth = seen.metric("coupling_growth")->value;
   cost.finish("stability of the coupling");
   const Pair base{run_with(study.base, study.base.law, "base", progress),
                   run_with(study.base, study.compared, "base", progress)};
   cost.finish("base");
   const Deviation between = worst(base.law, base.compared, study.base.amplitude);
-  seen.metrics.push_back({"deviation_z_max", between.z_max, "1", "max |dz|/z0 between the laws, base"});
-  for (const observe::Metric& metric :
-       period_change_of(base.law, study.base.amplitude, "period_change",
-                        "max |d|/z0 from the period before, base, law of [bond]")) {
-    seen.metrics.push_back(metric);
-  }
-  seen.records.push_back(empty_record());
-  // By its place: records may move as more are added.
-  const auto record = [&, at = seen.records.size() - 1]() -> Record& { return seen.records[at]; };
-  record().append({0.0, 1.0, 0.0, 0.0, between.z_max, between.moved_max, swum(base.law), base_growth});
+  seen.set("deviation_z_max", between.z_max);
+  if (study.base.periods > 1)
+    seen.set("period_change", change_over_last_period(base.law, study.base.amplitude));
+  seen.open("sensitivity")
+      .append({0.0, 1.0, 0.0, 0.0, between.z_max, between.moved_max, swum(base.law), base_growth});
   double uncertainty = 0.0;
   double failures = 0.0;
   const Variant* smallest = nullptr;
@@ -151,7 +175,7 @@ void run(const Sensitivity& study, Observations& seen, Progress& progress, engin
                          ? run_with(variant.stroke, study.compared, variant.label, progress)
                          : base.compared;
       const Effect effect = effect_of(variant, now, study, base);
-      report(variant, effect, "", growth, record(), seen);
+      report(variant, effect, growth, seen);
       if (variant.numerical)
         uncertainty = worse(uncertainty, std::abs(effect.between_laws.z_max - between.z_max));
       if (variant.stroke.amplitude < (smallest ? smallest->stroke : study.base).amplitude) {
@@ -161,20 +185,18 @@ void run(const Sensitivity& study, Observations& seen, Progress& progress, engin
     } catch (const NumericalFailure& failure) {
       if (stop::was_thrown()) throw;
       failures += 1.0;
-      report(variant, std::nullopt, failure.what(), growth, record(), seen);
+      progress.warn(fmt::format("{}: {}", variant.label, failure.what()));
+      report(variant, std::nullopt, growth, seen);
     }
     cost.finish(variant.label);
   }
-  seen.metrics.push_back({"deviation_uncertainty", uncertainty, "1",
-                          "most that the variants called numerical change the distance between the laws"});
-  seen.metrics.push_back({"failures", failures, "1", "variants that broke off"});
-  if (smallest != nullptr) {
-    seen.metrics.push_back({"growth_exponent",
-                            1.0 + std::log(between.z_max / deviation_of_smallest) /
-                                      std::log(study.base.amplitude / smallest->stroke.amplitude),
-                            "1",
-                            "|dz| between the laws grows as z0 to this power, smallest amplitude to base"});
-  }
+  seen.set("deviation_uncertainty", uncertainty);
+  seen.set("failures", failures);
+  if (!has_smaller(study)) return;
+  seen.set("growth_exponent", smallest == nullptr
+                                  ? NAN  // it broke off
+                                  : 1.0 + std::log(between.z_max / deviation_of_smallest) /
+                                              std::log(study.base.amplitude / smallest->stroke.amplitude));
 }
 
 Variant read_variant(const io::Table& table, const Stroke& base) {
@@ -196,11 +218,6 @@ Variant read_variant(const io::Table& table, const Stroke& base) {
 
 engine::Study read_filament_sensitivity(const io::Table& top) {
   Sensitivity study{read_stroke(top), engine::read_law(top, "compared_bond"), {}};
-  std::vector<std::string> measures{"deviation_z_max",      "deviation_uncertainty",
-                                    "coupling_growth",      "failures",
-                                    "sensitivity.effect_z", "sensitivity.law_deviation_z"};
-  if (study.base.periods > 1) measures.emplace_back("period_change");
-  bool smaller = false;
   for (const io::Table& table : top.tables("variant")) {
     const Variant read = read_variant(table, study.base);
     for (const Variant& before : study.variants) {
@@ -210,21 +227,13 @@ engine::Study read_filament_sensitivity(const io::Table& top) {
       }
     }
     study.variants.push_back(read);
-    const Variant& variant = study.variants.back();
-    measures.push_back("effect_" + variant.name);
-    measures.push_back("law_deviation_" + variant.name);
-    smaller = smaller || variant.stroke.amplitude < study.base.amplitude;
   }
   if (study.variants.empty()) {
     top.fail("variant", "the case has no [[variant]]", "there is nothing to compare with the base",
              "Write [[variant]] with a name, a label and what it changes");
   }
-  if (smaller) measures.emplace_back("growth_exponent");
-  return {.plan = plan_stroke(top, study.base),
-          .measures = measures,
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+  return {
+      .plan = plan_stroke(top, study.base), .declares = declared(study), .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 
 #include "measures/drivers.hpp"
 #include "measures/fluid/norms.hpp"
@@ -166,9 +167,7 @@ engine::Study read_vortex(const io::Table& top) {
   study.steps = std::max<std::int64_t>(1, std::llround(decays / study.flow.decay_rate()));
   return {.plan = engine::read_plan(top, {.fluid = study.fluid, .initial_flow = true}),
           .declares = declared(study),
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

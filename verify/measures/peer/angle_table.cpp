@@ -4,7 +4,6 @@
 
 #include <array>
 #include <cmath>
-#include <optional>
 
 #include "base/error.hpp"
 #include "engine/read_scene.hpp"
@@ -16,7 +15,31 @@ namespace veriflex::measures::peer {
 namespace {
 
 using observe::Observations;
-using observe::Record;
+
+Observations declared(const PeerTable& table) {
+  Observations all;
+  all.records = {
+      {"angle_table",
+       "One angle: this program and its peer",
+       {{"theta", "", "1", "opening in degrees", {}},
+        {"force", "", "M L T^-2", "largest of the nine components of force", {}},
+        {"peer_force", "", "M L T^-2", "the same of the peer", {}},
+        {"energy", "U", "M L^2 T^-2", "energy", {}},
+        {"peer_energy", "", "M L^2 T^-2", "the same of the peer", {}},
+        {"force_error", "", "1", "largest error of a component over the largest component of the table", {}},
+        {"energy_error", "", "1", "error over the largest energy of the table", {}},
+        {"clamped", "", "1", "1 where the peer does not compute the stated potential", {}}}}};
+  all.metrics = {{"force_error", {}, "1", of_the_largest}, {"energy_error", {}, "1", of_the_largest}};
+  if (table.has_clamped()) {
+    all.metrics.push_back(
+        {"clamped_force_error",
+         {},
+         "1",
+         "over the rows left out that have an answer, relative to each row's own largest component"});
+  }
+  declare_rows(all);
+  return all;
+}
 
 void compare_angle(double stiffness, bool straight, const PeerTable& table, Observations& seen) {
   const auto rows = static_cast<Eigen::Index>(table.rows());
@@ -61,35 +84,20 @@ void compare_angle(double stiffness, bool straight, const PeerTable& table, Obse
     peer_force.push_back(theirs.value);
     off[row] = difference.value;
   }
-  const Errors energy_error =
-      relative_errors(minus(energy, table["energy"]), table["energy"], table.clamped());
+  const Errors energy_error = table.errors(energy, "energy");
   const Errors force_error = relative_errors(off, peer_force, table.clamped());
-  Record record{
-      "angle_table",
-      "One angle: this program and its peer",
-      {{"theta", "", "1", "opening in degrees", {}},
-       {"force", "", "M L T^-2", "largest of the nine components of force", {}},
-       {"peer_force", "", "M L T^-2", "the same of the peer", {}},
-       {"energy", "U", "M L^2 T^-2", "energy", {}},
-       {"peer_energy", "", "M L^2 T^-2", "the same of the peer", {}},
-       {"force_error", "", "1", "largest error of a component over the largest component of the table", {}},
-       {"energy_error", "", "1", "error over the largest energy of the table", {}},
-       {"clamped", "", "1", "1 where the peer does not compute the stated potential", {}}}};
-  std::optional<double> clamped_relative;
+  observe::Record& record = seen.open("angle_table");
+  double clamped_relative = unanswered;  // of rows left out that have an answer
   for (std::size_t i = 0; i < table.rows(); ++i) {
     record.append({table["theta"][i], force[i], peer_force[i], energy[i], table["energy"][i],
                    force_error.by_row[i], energy_error.by_row[i], table.clamped(i) ? 1.0 : 0.0});
     if (table.clamped(i) && !std::isnan(off[i]))
-      clamped_relative = worse(clamped_relative.value_or(0.0), relative_to(off[i], force[i]));
+      clamped_relative =
+          worse(std::isnan(clamped_relative) ? 0.0 : clamped_relative, relative_to(off[i], force[i]));
   }
-  seen.records.push_back(record);
-  seen.metrics.push_back({"force_error", force_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"energy_error", energy_error.largest, "1", of_the_largest});
-  if (clamped_relative) {
-    seen.metrics.push_back({"clamped_force_error", *clamped_relative, "1",
-                            "over the rows left out that have an answer, relative to each row's own largest "
-                            "component"});
-  }
+  seen.set("force_error", force_error.largest);
+  seen.set("energy_error", energy_error.largest);
+  if (table.has_clamped()) seen.set("clamped_force_error", clamped_relative);
   count_rows(table, seen);
 }
 
@@ -114,7 +122,7 @@ engine::Study read_angle_table(const io::Table& top, const io::Table& peer) {
                               0.0,
                               {parts::Kind::Bonds, parts::Kind::Angles}}},
                    .left_out = {{"forces of bonds", "the table is about one angle alone"}}},
-          .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows"},
+          .declares = declared(table),
           .run = [=](Observations& seen, Progress&, engine::Cost&) {
             compare_angle(stiffness, rest_angle == 180, table, seen);
           }};

@@ -12,7 +12,27 @@ namespace veriflex::measures::peer {
 namespace {
 
 using observe::Observations;
-using observe::Record;
+
+Observations declared(const PeerTable& table) {
+  Observations all;
+  all.records = {{"bond_table",
+                  "One bond: this program and its peer",
+                  {{"r", "r", "L", "length of the bond", {}},
+                   {"force", "", "M L T^-2", "force, positive where the ends repel each other", {}},
+                   {"peer_force", "", "M L T^-2", "the same of the peer", {}},
+                   {"energy", "U", "M L^2 T^-2", "energy", {}},
+                   {"peer_energy", "", "M L^2 T^-2", "the same of the peer", {}},
+                   {"force_error", "", "1", "error over the largest force of the table", {}},
+                   {"energy_error", "", "1", "error over the largest energy of the table", {}},
+                   {"clamped", "", "1", "1 where the peer does not compute the stated potential", {}}}}};
+  all.metrics = {{"force_error", {}, "1", of_the_largest}, {"energy_error", {}, "1", of_the_largest}};
+  if (table.has_clamped()) {
+    all.metrics.push_back(
+        {"clamped_force_error", {}, "1", "the same over the rows left out that lie in the law's domain"});
+  }
+  declare_rows(all);
+  return all;
+}
 
 void compare_bond(const bond::AnyLaw& law, const PeerTable& table, Observations& seen) {
   const Interval domain = bond::domain(law);
@@ -32,30 +52,16 @@ void compare_bond(const bond::AnyLaw& law, const PeerTable& table, Observations&
     energy.push_back(bond::energy(law, r));
     force.push_back(-bond::tension(law, r));
   }
-  const Errors energy_error =
-      relative_errors(minus(energy, table["energy"]), table["energy"], table.clamped());
-  const Errors force_error = relative_errors(minus(force, table["force"]), table["force"], table.clamped());
-  Record record{"bond_table",
-                "One bond: this program and its peer",
-                {{"r", "r", "L", "length of the bond", {}},
-                 {"force", "", "M L T^-2", "force, positive where the ends repel each other", {}},
-                 {"peer_force", "", "M L T^-2", "the same of the peer", {}},
-                 {"energy", "U", "M L^2 T^-2", "energy", {}},
-                 {"peer_energy", "", "M L^2 T^-2", "the same of the peer", {}},
-                 {"force_error", "", "1", "error over the largest force of the table", {}},
-                 {"energy_error", "", "1", "error over the largest energy of the table", {}},
-                 {"clamped", "", "1", "1 where the peer does not compute the stated potential", {}}}};
+  const Errors energy_error = table.errors(energy, "energy");
+  const Errors force_error = table.errors(force, "force");
+  observe::Record& record = seen.open("bond_table");
   for (std::size_t i = 0; i < table.rows(); ++i) {
     record.append({table["r"][i], force[i], table["force"][i], energy[i], table["energy"][i],
                    force_error.by_row[i], energy_error.by_row[i], table.clamped(i) ? 1.0 : 0.0});
   }
-  seen.records.push_back(record);
-  seen.metrics.push_back({"force_error", force_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"energy_error", energy_error.largest, "1", of_the_largest});
-  if (force_error.largest_clamped) {
-    seen.metrics.push_back({"clamped_force_error", *force_error.largest_clamped, "1",
-                            "the same over the rows left out that lie in the law's domain"});
-  }
+  seen.set("force_error", force_error.largest);
+  seen.set("energy_error", energy_error.largest);
+  if (table.has_clamped()) seen.set("clamped_force_error", force_error.largest_clamped.value_or(unanswered));
   count_rows(table, seen);
 }
 
@@ -66,8 +72,7 @@ engine::Study read_bond_table(const io::Table& top, const io::Table& peer) {
   const PeerTable table(peer, "table", peer.text("table"));
   table.need({"r", "energy", "force"});
   return {.plan = scene::plan({.law = law, .solid = std::nullopt}),
-          .measures = {"force_error", "energy_error", "clamped_force_error", "rows", "clamped_rows",
-                       "bond_table.r", "bond_table.force", "bond_table.energy"},
+          .declares = declared(table),
           .run = [=](Observations& seen, Progress&, engine::Cost&) { compare_bond(law, table, seen); }};
 }
 

@@ -12,7 +12,28 @@ namespace veriflex::measures::peer {
 namespace {
 
 using observe::Observations;
-using observe::Record;
+
+Observations declared() {
+  Observations all;
+  all.records = {{"cantilever",
+                  "Clamped bar under a transverse load: this program and its peer",
+                  {{"load", "", "M L T^-2", "force along x on each node of the last layer", {}},
+                   {"deflection", "", "L", "mean displacement of the last layer along x", {}},
+                   {"peer_deflection", "", "L", "the same of the peer", {}},
+                   {"tip_error",
+                    "",
+                    "1",
+                    "distance of the two tips over the peer's deflection, or the largest where there is none",
+                    {}},
+                   {"reaction_error", "", "1", "error of the force on the clamp over the largest", {}},
+                   {"energy_error", "", "1", "error of the elastic energy over the largest", {}}}}};
+  all.metrics = {{"tip_error", {}, "1", "largest distance of the two tips over the peer's deflection"},
+                 {"reaction_error", {}, "1", of_the_largest},
+                 {"energy_error", {}, "1", of_the_largest},
+                 {"max_residual", {}, "1", of_all_states}};
+  declare_rows(all);
+  return all;
+}
 
 // The rows that are compared, by their loads away from zero: first the negative ones, then the others.
 std::vector<std::size_t> by_rising_load(const PeerTable& table) {
@@ -83,33 +104,18 @@ void compare_cantilever(const Body& body, const PeerTable& table, std::size_t cl
   }
   const std::vector<double> peer_energy = plus(table["e_bond"], table["e_angle"]);
   const Errors energy_error = relative_errors(minus(energy, peer_energy), peer_energy, table.clamped());
-  const Errors reaction_error =
-      relative_errors(minus(reaction, table["clamp_reaction_x"]), table["clamp_reaction_x"], table.clamped());
-  Record record{"cantilever",
-                "Clamped bar under a transverse load: this program and its peer",
-                {{"load", "", "M L T^-2", "force along x on each node of the last layer", {}},
-                 {"deflection", "", "L", "mean displacement of the last layer along x", {}},
-                 {"peer_deflection", "", "L", "the same of the peer", {}},
-                 {"tip_error",
-                  "",
-                  "1",
-                  "distance of the two tips over the peer's deflection, or the largest where there is none",
-                  {}},
-                 {"reaction_error", "", "1", "error of the force on the clamp over the largest", {}},
-                 {"energy_error", "", "1", "error of the elastic energy over the largest", {}}}};
+  const Errors reaction_error = table.errors(reaction, "clamp_reaction_x");
+  observe::Record& record = seen.open("cantilever");
   Largest tip;
   for (std::size_t i = 0; i < table.rows(); ++i) {
     if (!table.clamped(i)) tip.add(off[i]);
     record.append({table["force_per_node"][i], deflection[i], peer_deflection[i], off[i],
                    reaction_error.by_row[i], energy_error.by_row[i]});
   }
-  seen.records.push_back(record);
-  seen.metrics.push_back(
-      {"tip_error", tip.value, "1", "largest distance of the two tips over the peer's deflection"});
-  seen.metrics.push_back({"reaction_error", reaction_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"energy_error", energy_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"max_residual", residual.value, "1",
-                          "largest out-of-balance force over the largest tension, all states"});
+  seen.set("tip_error", tip.value);
+  seen.set("reaction_error", reaction_error.largest);
+  seen.set("energy_error", energy_error.largest);
+  seen.set("max_residual", residual.value);
   count_rows(table, seen);
 }
 
@@ -124,8 +130,7 @@ engine::Study read_cantilever(const io::Table& top, const io::Table& peer) {
       static_cast<std::size_t>(peer.integer("clamped_layers", 1, std::max<std::int64_t>(1, layers - 1)));
   require_statics(body.network, clamped, false, peer);
   return {.plan = plan_of(body, newton, {parts::Kind::Statics}),
-          .measures = {"tip_error", "reaction_error", "energy_error", "max_residual", "rows", "clamped_rows",
-                       "cantilever.load", "cantilever.deflection"},
+          .declares = declared(),
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);
             compare_cantilever(body, table, clamped, progress, seen);

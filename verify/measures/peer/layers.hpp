@@ -20,6 +20,8 @@ void hold(solid::FixedDofs& held, const std::vector<Eigen::Index>& nodes, const 
 
 double sum_over(const Positions& reaction, const std::vector<Eigen::Index>& nodes, int axis);
 
+inline constexpr const char* of_all_states =
+    "largest out-of-balance force over the largest tension, all states";
 inline constexpr const char* newton = "statics: Newton with line search, sparse Cholesky";
 
 }  // namespace veriflex::measures::peer

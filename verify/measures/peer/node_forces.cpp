@@ -11,7 +11,6 @@ namespace veriflex::measures::peer {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 struct NodeParts {
   Positions bond_force, angle_force, force;       // of angles: empty where they have no stiffness
@@ -61,6 +60,34 @@ NodeParts node_parts(const Body& body, const Positions& u) {
   return parts;
 }
 
+/// What is compared node by node, and what its error is.
+std::vector<observe::Metric> parts_of(const Body& body) {
+  std::vector<observe::Metric> parts{
+      {"force_error", {}, "1", "error of the force vector over the largest force"},
+      {"bond_force_error", {}, "1", "the same of the bonds' part"},
+      {"bond_energy_error", {}, "1", "error of the bonds' energy over the largest"}};
+  if (body.has_angles()) {
+    parts.push_back({"angle_force_error", {}, "1", "the same of the angles' part"});
+    parts.push_back({"angle_energy_error", {}, "1", "error of the angles' energy over the largest"});
+  }
+  return parts;
+}
+
+Observations declared(const Body& body) {
+  Observations all;
+  all.records = {{"node_forces",
+                  "Force on each node of the displaced network: this program and its peer",
+                  {{"node", "", "1", "the atom's id in the data file", {}},
+                   {"force", "", "M L T^-2", "magnitude of the force", {}},
+                   {"peer_force", "", "M L T^-2", "the same of the peer", {}}}}};
+  for (const observe::Metric& part : parts_of(body)) {
+    all.records.front().columns.push_back({part.name, "", part.dimension, part.meaning, {}});
+    all.metrics.push_back({part.name, {}, part.dimension, of_the_largest});
+  }
+  declare_rows(all);
+  return all;
+}
+
 void compare_nodes(const Body& body, const PeerTable& table, const std::vector<Eigen::Index>& node_of_row,
                    Observations& seen) {
   const Eigen::Index nodes = body.network.node_count();
@@ -80,38 +107,23 @@ void compare_nodes(const Body& body, const PeerTable& table, const std::vector<E
     return relative_errors(minus(mine, theirs), theirs, clamped);
   };
   const Positions peer_force = peer("f", "");
-  struct Part {
-    std::string name, meaning;
-    Errors errors;
-  };
-  std::vector<Part> parts{
-      {"force_error", "error of the force vector over the largest force",
-       force_errors(ours.force, peer_force)},
-      {"bond_force_error", "the same of the bonds' part", force_errors(ours.bond_force, peer("f", "_bond"))},
-      {"bond_energy_error", "error of the bonds' energy over the largest",
-       energy_errors(ours.bond_energy, "e_bond")}};
+  std::vector<Errors> parts{force_errors(ours.force, peer_force),
+                            force_errors(ours.bond_force, peer("f", "_bond")),
+                            energy_errors(ours.bond_energy, "e_bond")};
   if (body.has_angles()) {
-    parts.push_back({"angle_force_error", "the same of the angles' part",
-                     force_errors(ours.angle_force, peer("f", "_angle"))});
-    parts.push_back({"angle_energy_error", "error of the angles' energy over the largest",
-                     energy_errors(ours.angle_energy, "e_angle")});
+    parts.push_back(force_errors(ours.angle_force, peer("f", "_angle")));
+    parts.push_back(energy_errors(ours.angle_energy, "e_angle"));
   }
-  Record record{"node_forces",
-                "Force on each node of the displaced network: this program and its peer",
-                {{"node", "", "1", "the atom's id in the data file", {}},
-                 {"force", "", "M L T^-2", "magnitude of the force", {}},
-                 {"peer_force", "", "M L T^-2", "the same of the peer", {}}}};
-  for (const Part& part : parts) record.columns.push_back({part.name, "", "1", part.meaning, {}});
+  const std::vector<observe::Metric> named = parts_of(body);
+  observe::Record& record = seen.open("node_forces");
   for (std::size_t i = 0; i < static_cast<std::size_t>(nodes); ++i) {
     const auto node = static_cast<Eigen::Index>(i);
     std::vector<double> row{static_cast<double>(body.network.id_of(static_cast<std::int32_t>(i))),
                             ours.force.row(node).norm(), peer_force.row(node).norm()};
-    for (const Part& part : parts) row.push_back(part.errors.by_row[i]);
+    for (const Errors& part : parts) row.push_back(part.by_row[i]);
     record.append(row);
   }
-  seen.records.push_back(record);
-  for (const Part& part : parts)
-    seen.metrics.push_back({part.name, part.errors.largest, "1", of_the_largest});
+  for (std::size_t k = 0; k < parts.size(); ++k) seen.set(named[k].name, parts[k].largest);
   count_rows(table, seen);
 }
 
@@ -128,11 +140,8 @@ engine::Study read_node_forces(const io::Table& top, const io::Table& peer) {
               fmt::format("it needs one for each of the {} atoms", body.network.node_count()),
               "Give one configuration");
   }
-  std::vector<std::string> measures{"force_error", "bond_force_error", "bond_energy_error", "rows",
-                                    "clamped_rows"};
-  if (body.has_angles()) measures.insert(measures.end(), {"angle_force_error", "angle_energy_error"});
   return {.plan = plan_of(body, "", {}),
-          .measures = measures,
+          .declares = declared(body),
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);
             compare_nodes(body, table, node_of_row, seen);

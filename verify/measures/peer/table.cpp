@@ -64,6 +64,11 @@ Positions PeerTable::vectors(const std::string& prefix, const std::string& suffi
   return all;
 }
 
+Errors PeerTable::errors(const std::vector<double>& ours, const std::string& column) const {
+  const std::vector<double>& theirs = (*this)[column];
+  return relative_errors(minus(ours, theirs), theirs, clamped());
+}
+
 bool PeerTable::clamped(std::size_t row) const {
   const std::vector<double>* flags = find("clamped");
   return flags != nullptr && (*flags)[row] != 0.0;
@@ -73,6 +78,11 @@ std::vector<bool> PeerTable::clamped() const {
   std::vector<bool> flags;
   for (std::size_t row = 0; row < rows(); ++row) flags.push_back(clamped(row));
   return flags;
+}
+
+bool PeerTable::has_clamped() const {
+  const std::vector<bool> flags = clamped();
+  return std::find(flags.begin(), flags.end(), true) != flags.end();
 }
 
 const std::vector<double>* PeerTable::find(const std::string& name) const {
@@ -126,13 +136,17 @@ std::vector<double> lengths(const Positions& vectors) {
   return {norms.begin(), norms.end()};
 }
 
+void declare_rows(observe::Observations& all) {
+  all.metrics.push_back({"rows", {}, "1", "rows that were compared"});
+  all.metrics.push_back(
+      {"clamped_rows", {}, "1", "rows left out: the peer does not compute the stated potential there"});
+}
+
 void count_rows(const PeerTable& table, observe::Observations& seen) {
   std::size_t clamped = 0;
   for (std::size_t i = 0; i < table.rows(); ++i) clamped += table.clamped(i);
-  seen.metrics.push_back(
-      {"rows", static_cast<double>(table.rows() - clamped), "1", "rows that were compared"});
-  seen.metrics.push_back({"clamped_rows", static_cast<double>(clamped), "1",
-                          "rows left out: the peer does not compute the stated potential there"});
+  seen.set("rows", static_cast<double>(table.rows() - clamped));
+  seen.set("clamped_rows", static_cast<double>(clamped));
 }
 
 }  // namespace veriflex::measures::peer

@@ -15,6 +15,24 @@
 
 namespace veriflex::measures::peer {
 
+/// The largest magnitude of what was added; a NaN stays.
+struct Largest {
+  double value = 0.0;
+  void add(double x) { value = worse(value, std::abs(x)); }
+};
+
+/// Errors of one quantity over the rows, relative to the largest magnitude that the peer has in a row that
+/// counts; 0 where both have nothing.
+struct Errors {
+  std::vector<double> by_row;
+  double largest = 0.0;                   // over the rows that count
+  std::optional<double> largest_clamped;  // over the others that have an answer here; none without any
+};
+
+/// A row that is flagged as clamped and has no answer here has a difference that is not a number.
+Errors relative_errors(const std::vector<double>& difference, const std::vector<double>& peer,
+                       const std::vector<bool>& clamped);
+
 /// The table of a reference, whose columns are asked for by name. A row in which the other program is known
 /// not to compute the stated potential carries `clamped` = 1: it does not enter the errors, and need not have
 /// an answer here.
@@ -36,8 +54,12 @@ class PeerTable {
   /// Columns of whole numbers from 0 that count something. Throws InputError at the case's key.
   std::vector<std::int64_t> counts(const std::string& name) const;
 
+  /// Of what was computed here for each row, against that column.
+  Errors errors(const std::vector<double>& ours, const std::string& column) const;
+
   bool clamped(std::size_t row) const;
   std::vector<bool> clamped() const;  // of all rows
+  bool has_clamped() const;           // any
   [[noreturn]] void fail(const std::string& problem, const std::string& why,
                          const std::string& suggestion) const;
 
@@ -55,24 +77,6 @@ std::vector<std::string> xyz(const std::string& prefix, const std::string& suffi
 std::vector<std::string> joined(std::vector<std::string> names,
                                 const std::vector<std::vector<std::string>>& more);
 
-/// The largest magnitude of what was added; a NaN stays.
-struct Largest {
-  double value = 0.0;
-  void add(double x) { value = worse(value, std::abs(x)); }
-};
-
-/// Errors of one quantity over the rows, relative to the largest magnitude that the peer has in a row that
-/// counts; 0 where both have nothing.
-struct Errors {
-  std::vector<double> by_row;
-  double largest = 0.0;                   // over the rows that count
-  std::optional<double> largest_clamped;  // over the others that have an answer here; none without any
-};
-
-/// A row that is flagged as clamped and has no answer here has a difference that is not a number.
-Errors relative_errors(const std::vector<double>& difference, const std::vector<double>& peer,
-                       const std::vector<bool>& clamped);
-
 /// What stands where a row that is left out has no answer.
 inline constexpr double unanswered = std::numeric_limits<double>::quiet_NaN();
 
@@ -82,7 +86,8 @@ std::vector<double> plus(std::vector<double> a, const std::vector<double>& b);
 std::vector<double> minus(std::vector<double> a, const std::vector<double>& b);
 std::vector<double> lengths(const Positions& vectors);
 
-/// Adds the metrics `rows` and `clamped_rows`.
+/// What every comparison counts, `rows` and `clamped_rows`, declared and set.
+void declare_rows(observe::Observations& all);
 void count_rows(const PeerTable& table, observe::Observations& seen);
 
 }  // namespace veriflex::measures::peer

@@ -11,7 +11,25 @@ namespace veriflex::measures::peer {
 namespace {
 
 using observe::Observations;
-using observe::Record;
+
+Observations declared() {
+  Observations all;
+  all.records = {{"end_force",
+                  "Force of the pulled bar on its ends: this program and its peer",
+                  {{"strain", "", "1", "change of length over undeformed length", {}},
+                   {"force", "", "M L T^-2", "force of bonds and angles on the first layer along z", {}},
+                   {"peer_force", "", "M L T^-2", "the same of the peer", {}},
+                   {"force_error", "", "1", "error over the largest force, first layer", {}},
+                   {"last_layer_error", "", "1", "the same of the last layer", {}},
+                   {"energy", "U", "M L^2 T^-2", "elastic energy", {}},
+                   {"peer_energy", "", "M L^2 T^-2", "the same of the peer", {}},
+                   {"energy_error", "", "1", "error over the largest energy", {}}}}};
+  all.metrics = {{"force_error", {}, "1", "largest error over the largest force, both ends"},
+                 {"energy_error", {}, "1", of_the_largest},
+                 {"max_residual", {}, "1", of_all_states}};
+  declare_rows(all);
+  return all;
+}
 
 // Holds what else could shift across z and turn about it; no force is needed for that.
 void hold_in_plane(solid::FixedDofs& held, const solid::Network& network) {
@@ -55,31 +73,17 @@ void compare_tensile(const Body& body, const PeerTable& table, Progress& progres
     residual.add(e.residual);
   }
   const std::vector<double> peer_energy = plus(table["e_bond"], table["e_angle"]);
-  const Errors bottom_error =
-      relative_errors(minus(force_bottom, table["force_bottom"]), table["force_bottom"], table.clamped());
-  const Errors top_error =
-      relative_errors(minus(force_top, table["force_top"]), table["force_top"], table.clamped());
+  const Errors bottom_error = table.errors(force_bottom, "force_bottom");
+  const Errors top_error = table.errors(force_top, "force_top");
   const Errors energy_error = relative_errors(minus(energy, peer_energy), peer_energy, table.clamped());
-  Record record{"end_force",
-                "Force of the pulled bar on its ends: this program and its peer",
-                {{"strain", "", "1", "change of length over undeformed length", {}},
-                 {"force", "", "M L T^-2", "force of bonds and angles on the first layer along z", {}},
-                 {"peer_force", "", "M L T^-2", "the same of the peer", {}},
-                 {"force_error", "", "1", "error over the largest force, first layer", {}},
-                 {"last_layer_error", "", "1", "the same of the last layer", {}},
-                 {"energy", "U", "M L^2 T^-2", "elastic energy", {}},
-                 {"peer_energy", "", "M L^2 T^-2", "the same of the peer", {}},
-                 {"energy_error", "", "1", "error over the largest energy", {}}}};
+  observe::Record& record = seen.open("end_force");
   for (std::size_t i = 0; i < table.rows(); ++i) {
     record.append({table["strain"][i], force_bottom[i], table["force_bottom"][i], bottom_error.by_row[i],
                    top_error.by_row[i], energy[i], peer_energy[i], energy_error.by_row[i]});
   }
-  seen.records.push_back(record);
-  seen.metrics.push_back({"force_error", worse(bottom_error.largest, top_error.largest), "1",
-                          "largest error over the largest force, both ends"});
-  seen.metrics.push_back({"energy_error", energy_error.largest, "1", of_the_largest});
-  seen.metrics.push_back({"max_residual", residual.value, "1",
-                          "largest out-of-balance force over the largest tension, all states"});
+  seen.set("force_error", worse(bottom_error.largest, top_error.largest));
+  seen.set("energy_error", energy_error.largest);
+  seen.set("max_residual", residual.value);
   count_rows(table, seen);
 }
 
@@ -91,8 +95,7 @@ engine::Study read_tensile_table(const io::Table& top, const io::Table& peer) {
   table.need({"strain", "force_bottom", "force_top", "e_bond", "e_angle"});
   require_statics(body.network, 1, true, peer);
   return {.plan = plan_of(body, newton, {parts::Kind::Statics}),
-          .measures = {"force_error", "energy_error", "max_residual", "rows", "clamped_rows",
-                       "end_force.strain", "end_force.force", "end_force.energy"},
+          .declares = declared(),
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);
             compare_tensile(body, table, progress, seen);

@@ -20,13 +20,50 @@ namespace veriflex::measures::peer {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 struct Motion {
   double time_step;    // [T]
   double node_mass;    // [M]
   std::int64_t early;  // the steps up to which `early_position_error` is measured
 };
+
+Observations declared(const Motion& motion) {
+  Observations all;
+  all.records = {
+      {"trajectory",
+       "Free motion from the same start: this program and its peer",
+       {{"step", "", "1", "time over the time step", {}},
+        {"position_error", "", "1", "largest distance of a node's two positions over the spacing", {}},
+        {"velocity_error",
+         "",
+         "1",
+         "largest difference of a node's velocities over the largest velocity",
+         {}}}},
+      {"energy",
+       "Energy of the free motion: this program and its peer",
+       {{"step", "", "1", "time over the time step", {}},
+        {"change", "", "1", "total energy over that at the start, less 1", {}},
+        {"peer_change", "", "1", "the same of the peer", {}},
+        {"energy_error", "", "1", "difference of the total energies over that at the start", {}}}}};
+  all.metrics = {
+      {"early_position_error",
+       {},
+       "1",
+       fmt::format("largest distance of a node's two positions over the spacing, up to step {}",
+                   motion.early)},
+      {"position_error", {}, "1", "the same over all frames"},
+      {"velocity_error",
+       {},
+       "1",
+       "largest difference of a node's velocities over the largest velocity, all frames"},
+      {"energy_error", {}, "1", "largest difference of the total energies over that at the start"},
+      {"energy_change", {}, "1", "largest change of the total energy over that at the start"},
+      {"peer_energy_change", {}, "1", "the same of the peer"},
+      {"energy_rows", {}, "1", "rows of the table of energies that were compared"},
+      {"dt_over_limit", {}, "1", "time step over the linear limit 2/omega_max of the data file's positions"}};
+  declare_rows(all);
+  return all;
+}
 
 void compare_trajectory(const Body& body, const PeerTable& table, const PeerTable& energies,
                         const std::vector<Eigen::Index>& node_of_row, const Motion& motion,
@@ -53,25 +90,8 @@ void compare_trajectory(const Body& body, const PeerTable& table, const PeerTabl
   }
   const double energy_scale = std::abs(energies["total"].front());
 
-  seen.records.push_back(
-      {"trajectory",
-       "Free motion from the same start: this program and its peer",
-       {{"step", "", "1", "time over the time step", {}},
-        {"position_error", "", "1", "largest distance of a node's two positions over the spacing", {}},
-        {"velocity_error",
-         "",
-         "1",
-         "largest difference of a node's velocities over the largest velocity",
-         {}}}});
-  seen.records.push_back(
-      {"energy",
-       "Energy of the free motion: this program and its peer",
-       {{"step", "", "1", "time over the time step", {}},
-        {"change", "", "1", "total energy over that at the start, less 1", {}},
-        {"peer_change", "", "1", "the same of the peer", {}},
-        {"energy_error", "", "1", "difference of the total energies over that at the start", {}}}});
-  Record& record = seen.records[seen.records.size() - 2];
-  Record& energy_record = seen.records.back();
+  observe::Record& record = seen.open("trajectory");
+  observe::Record& energy_record = seen.open("energy");
   Largest position;
   Largest early;
   Largest velocity;
@@ -84,8 +104,7 @@ void compare_trajectory(const Body& body, const PeerTable& table, const PeerTabl
       solid::largest_frequency(body.material, network, Positions::Zero(nodes, 3),
                                solid::FixedDofs::Constant(nodes, 3, false), motion.node_mass);
   const double over_limit = 0.5 * omega * motion.time_step;
-  seen.metrics.push_back({"dt_over_limit", over_limit, "1",
-                          "time step over the linear limit 2/omega_max of the data file's positions"});
+  seen.set("dt_over_limit", over_limit);
   if (over_limit >= 1.0) {
     progress.warn(fmt::format(
         "leap-frog is unstable: the time step is {:.4g} times the linear limit 2/omega_max", over_limit));
@@ -134,20 +153,13 @@ void compare_trajectory(const Body& body, const PeerTable& table, const PeerTabl
   // The first frame is where the motion starts: it agrees with itself.
   if (compared == 0)
     throw NumericalFailure("the tables have no frame after the first: no motion is compared");
-  seen.metrics.push_back(
-      {"early_position_error", early.value, "1",
-       fmt::format("largest distance of a node's two positions over the spacing, up to step {}",
-                   motion.early)});
-  seen.metrics.push_back({"position_error", position.value, "1", "the same over all frames"});
-  seen.metrics.push_back({"velocity_error", velocity.value, "1",
-                          "largest difference of a node's velocities over the largest velocity, all frames"});
-  seen.metrics.push_back(
-      {"energy_error", energy.value, "1", "largest difference of the total energies over that at the start"});
-  seen.metrics.push_back(
-      {"energy_change", change.value, "1", "largest change of the total energy over that at the start"});
-  seen.metrics.push_back({"peer_energy_change", peer_change.value, "1", "the same of the peer"});
-  seen.metrics.push_back({"energy_rows", static_cast<double>(energy_record.columns.front().values.size()),
-                          "1", "rows of the table of energies that were compared"});
+  seen.set("early_position_error", early.value);
+  seen.set("position_error", position.value);
+  seen.set("velocity_error", velocity.value);
+  seen.set("energy_error", energy.value);
+  seen.set("energy_change", change.value);
+  seen.set("peer_energy_change", peer_change.value);
+  seen.set("energy_rows", static_cast<double>(energy_record.columns.front().size()));
   count_rows(table, seen);
 }
 
@@ -214,10 +226,7 @@ engine::Study read_trajectory(const io::Table& top, const io::Table& peer) {
   return {.plan = plan_of(
               body, fmt::format("leap-frog, time step {}, node mass {}", motion.time_step, motion.node_mass),
               {parts::Kind::LeapFrog}),
-          .measures = {"early_position_error", "position_error", "velocity_error", "energy_error",
-                       "energy_change", "peer_energy_change", "dt_over_limit", "energy_rows", "rows",
-                       "clamped_rows", "trajectory.step", "trajectory.position_error",
-                       "trajectory.velocity_error", "energy.step", "energy.change"},
+          .declares = declared(motion),
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);
             compare_trajectory(body, table, energies, node_of_row, motion, progress, seen);

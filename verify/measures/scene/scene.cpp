@@ -5,10 +5,15 @@
 #include <algorithm>
 #include <cctype>
 #include <memory>
+#include <optional>
+#include <span>
 
 #include "base/error.hpp"
+#include "base/stop.hpp"
+#include "base/stop_held.hpp"
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
+#include "engine/checkpoint.hpp"
 #include "engine/read_scene.hpp"
 #include "engine/units.hpp"
 #include "measures/drivers.hpp"
@@ -27,6 +32,7 @@ struct SceneStudy : CaseScene {
   std::vector<Observation> observations;
   observe::MonitorSpec monitor;
   std::int64_t steps;
+  std::optional<double> checkpoint;  // seconds from one to the next
 
   bool has_elastic_coupling() const {
     return std::any_of(scene.bodies.begin(), scene.bodies.end(),
@@ -63,6 +69,15 @@ std::int64_t read_steps(const io::Table& t, double period) {
            "Give steps instead");
   }
   return engine::whole_steps(static_cast<double>(periods) * period, 1.0, "the run takes", t.place("periods"));
+}
+
+std::optional<double> read_checkpoint(const io::Table& t) {
+  const std::optional<double> seconds = t.number_if("checkpoint");
+  if (seconds && !(*seconds > 0.0)) {
+    t.fail("checkpoint", fmt::format("'checkpoint' is {}", *seconds),
+           "it is the time from one checkpoint to the next, in seconds", "Give for example 600");
+  }
+  return seconds;
 }
 
 /// What [monitor] says of bodies.
@@ -115,7 +130,28 @@ void check_pair(const scene::Body& a, const scene::Body& b, const Place& there, 
                    "Move one of them away by a spacing or more");
 }
 
-void run(const SceneStudy& study, observe::Observations& seen, Progress& progress, engine::Cost& cost) {
+/// Makes the steps that are left, and leaves a checkpoint behind when one is due or the run is asked to stop.
+/// None after the last step: what that one exchanged, which is still looked at, is in no state.
+void advance_with_checkpoints(const SceneStudy& study, Running& running, engine::Checkpoints& checkpoints,
+                              engine::Cost& cost) {
+  if (checkpoints.earlier() != nullptr) {
+    running.take_from(*checkpoints.earlier());
+    checkpoints.resumed(running.simulation.steps(), cost);
+  }
+  while (running.simulation.steps() < study.steps) {
+    {
+      const stop::Held whole_step;
+      running.run.advance(1, study.steps);
+    }
+    const bool is_last = running.simulation.steps() == study.steps;
+    if (!is_last && (stop::asked() || checkpoints.is_due(*study.checkpoint))) {
+      checkpoints.write(running.simulation.steps(), [&](io::Hdf5Image& image) { running.put_in(image); });
+    }
+  }
+}
+
+void run(const SceneStudy& study, observe::Observations& seen, Progress& progress, engine::Cost& cost,
+         engine::Checkpoints* checkpoints) {
   if (study.has_elastic_coupling()) {
     seen.metrics.push_back(
         {"coupling_growth", 0.0, "1",
@@ -139,13 +175,19 @@ void run(const SceneStudy& study, observe::Observations& seen, Progress& progres
   }
   const std::size_t first = seen.records.size();
   std::vector<observe::Observer> observers;
+  std::vector<std::shared_ptr<std::vector<double>>> memories;
   for (const Observation& observation : study.observations) {
-    add_observers(observation, study.scene, seen.records, seen.records.size(), observers);
+    memories.push_back(add_observers(observation, study.scene, seen.records, seen.records.size(), observers));
     seen.records.push_back(empty_record(observation, study.scene));
   }
   scene::Simulation simulation(study.scene);
   observe::Run run(simulation, study.monitor, observers, "", progress);
-  run.advance(study.steps, study.steps);
+  if (checkpoints != nullptr) {
+    Running running{simulation, run, std::span(seen.records).subspan(first), memories, progress};
+    advance_with_checkpoints(study, running, *checkpoints, cost);
+  } else {
+    run.advance(study.steps, study.steps);
+  }
   run.finish();
   if (simulation.has_fluid()) {
     const scene::Simulation::Seconds& spent = simulation.seconds();
@@ -234,10 +276,11 @@ CaseScene read_fluid_and_bodies(const io::Table& top) {
 
 engine::Study read_scene(const io::Table& top) {
   const observe::MonitorSpec monitor = engine::read_monitor(top);
-  SceneStudy study{read_fluid_and_bodies(top), {}, monitor, 0};
+  SceneStudy study{read_fluid_and_bodies(top), {}, monitor, 0, {}};
   study.monitor.bodies = read_body_limits(top, study);
   const double period = period_of(study);
   study.steps = read_steps(top.table("run"), period);
+  study.checkpoint = read_checkpoint(top.table("run"));
   scene::Plan plan = plan_of(top, study.scene);
   check_places(study);
   study.observations = read_observations(top, study.scene, period, study.steps);
@@ -250,16 +293,24 @@ engine::Study read_scene(const io::Table& top) {
   }
   // One copy for all that is done with it: bodies may be large.
   const auto shared = std::make_shared<const SceneStudy>(std::move(study));
-  return {.plan = std::move(plan),
-          .measures = measures,
-          .run = [shared](observe::Observations& seen, Progress& progress,
-                          engine::Cost& cost) { run(*shared, seen, progress, cost); },
-          .expects = [shared] { return scene::expected_work(shared->scene, shared->steps); },
-          .offers =
-              [shared] {
-                return scene::offers(shared->scene,
-                                     [](std::size_t i) { return fmt::format("body.{}.substeps", i); });
-              }};
+  engine::Study made{.plan = std::move(plan),
+                     .measures = measures,
+                     .run = [shared](observe::Observations& seen, Progress& progress,
+                                     engine::Cost& cost) { run(*shared, seen, progress, cost, nullptr); },
+                     .expects = [shared] { return scene::expected_work(shared->scene, shared->steps); },
+                     .offers =
+                         [shared] {
+                           return scene::offers(shared->scene, [](std::size_t i) {
+                             return fmt::format("body.{}.substeps", i);
+                           });
+                         }};
+  if (shared->checkpoint) {
+    made.run_with_checkpoints = [shared](observe::Observations& seen, Progress& progress, engine::Cost& cost,
+                                         engine::Checkpoints& checkpoints) {
+      run(*shared, seen, progress, cost, &checkpoints);
+    };
+  }
+  return made;
 }
 
 }  // namespace veriflex::measures

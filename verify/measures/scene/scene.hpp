@@ -1,12 +1,15 @@
 /// What the parts of the driver `scene` share: a scene as the tables of a case say it.
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "engine/quantity.hpp"
 #include "io/document.hpp"
+#include "io/hdf5.hpp"
 #include "observe/field.hpp"
 #include "observe/run.hpp"
 #include "observe/series.hpp"
@@ -94,10 +97,24 @@ observe::Record empty_record(const Observation& observation, const scene::Scene&
 /// What a check may ask of it.
 std::vector<std::string> measures_of(const Observation& observation, const scene::Scene& scene);
 
-/// Adds rows to records[at] when they are due, and hands over snapshots (observe/attach).
-void add_observers(const Observation& observation, const scene::Scene& scene,
-                   std::vector<observe::Record>& records, std::size_t at,
-                   std::vector<observe::Observer>& observers);
+/// Adds rows to records[at] when they are due, and hands over snapshots (observe/attach). Returns what the
+/// observers keep between two steps, null for nothing.
+std::shared_ptr<std::vector<double>> add_observers(const Observation& observation, const scene::Scene& scene,
+                                                   std::vector<observe::Record>& records, std::size_t at,
+                                                   std::vector<observe::Observer>& observers);
+
+/// Everything that a run of a scene is, between two steps. Put back into one that stands at its start, it
+/// goes on bit by bit.
+struct Running {
+  scene::Simulation& simulation;
+  observe::Run& run;
+  std::span<observe::Record> records;
+  std::vector<std::shared_ptr<std::vector<double>>> memories;  // of the observers, some null
+  Progress& progress;
+
+  void put_in(io::Hdf5Image& image) const;
+  void take_from(const io::Hdf5File& file);
+};
 
 /// What `what = "body snapshot"` and `"fluid snapshot"` look at.
 void read_body_snapshot(const io::Table& table, const scene::Scene& scene, Observation& to);
@@ -109,9 +126,10 @@ std::array<std::int64_t, 3> read_node(const io::Table& table, const std::string&
 /// `fields` of an observation of the fluid; density and velocity by default.
 observe::Fields read_fields(const io::Table& table);
 
-/// Hands over the files of an observation's snapshots, `<name>-<step>.vtu` and `.vti`, and the list of them,
-/// `<name>.pvd`.
-std::function<void(const scene::Simulation&)> snapshots(const Observation& observation);
+/// Hands over the files of a snapshot, `<name>-<step>.vtu` or `.vti`, and the list of all of them,
+/// `<name>.pvd`. `steps`: of the snapshots until now, this one too.
+void hand_over_snapshot(const Observation& observation, const scene::Simulation& simulation,
+                        const std::vector<double>& steps);
 
 /// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows, and `.reached`, the time when the column
 /// that `reaches` names comes to its value. Throws NumericalFailure when it never does.

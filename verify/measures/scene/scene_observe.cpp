@@ -313,22 +313,23 @@ std::vector<std::string> measures_of(const Observation& o, const scene::Scene& s
   return measures;
 }
 
-void add_observers(const Observation& o, const scene::Scene& scene, std::vector<Record>& records,
-                   std::size_t at, std::vector<observe::Observer>& observers) {
+std::shared_ptr<std::vector<double>> add_observers(const Observation& o, const scene::Scene& scene,
+                                                   std::vector<Record>& records, std::size_t at,
+                                                   std::vector<observe::Observer>& observers) {
   if (o.is_snapshot) {
-    observers.push_back(
-        {o.due, [&records, at, hand_over = snapshots(o)](const scene::Simulation& simulation) {
-           hand_over(simulation);
-           const auto step = static_cast<double>(simulation.steps());
-           records[at].append({step, step});
-         }});
-    return;
+    const auto steps = std::make_shared<std::vector<double>>();
+    observers.push_back({o.due, [&records, at, o, steps](const scene::Simulation& simulation) {
+                           steps->push_back(static_cast<double>(simulation.steps()));
+                           hand_over_snapshot(o, simulation, *steps);
+                           records[at].append({steps->back(), steps->back()});
+                         }});
+    return steps;
   }
   if (o.series == nullptr) {
     observers.push_back({o.due, [&records, at, o](const scene::Simulation& simulation) {
                            append_now(o, simulation, records[at]);
                          }});
-    return;
+    return nullptr;
   }
   const observe::Series series = o.series(scene);
   if (series.every_step) observers.push_back({observe::Due{1.0}, series.every_step});
@@ -339,6 +340,7 @@ void add_observers(const Observation& o, const scene::Scene& scene, std::vector<
                          row.insert(row.begin(), {step, step});
                          records[at].append(row);
                        }});
+  return series.memory;
 }
 
 std::vector<observe::Metric> metrics_of(const Observation& o, const Record& record) {

@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <memory>
 
 #include "io/vtk.hpp"
 #include "measures/scene/scene.hpp"
@@ -36,28 +35,37 @@ void read_fluid_snapshot(const io::Table& t, const scene::Scene& scene, Observat
   to.fields = read_fields(t);
 }
 
-std::function<void(const scene::Simulation&)> snapshots(const Observation& o) {
-  const auto members = std::make_shared<std::vector<io::VtkMember>>();
-  return [o, members](const scene::Simulation& simulation) {
-    if (!observe::is_attaching()) return;
-    const auto time = static_cast<double>(simulation.steps());
-    const auto file = [&](const std::string& whose, const char* kind, const std::string& bytes, int part) {
-      const std::string name = fmt::format("{}{}-{:09}.{}", o.name, whose, simulation.steps(), kind);
-      observe::attach(name, bytes);
-      members->push_back({time, part, name});
-    };
-    for (std::size_t k = 0; k < o.bodies.size(); ++k) {
-      const scene::MovingBody& body = simulation.body(o.bodies[k]);
-      const std::string whose = o.bodies.size() > 1 ? "-" + body.name() : "";
-      file(whose, "vtu", observe::snapshot_of_body(body, time), static_cast<int>(k));
+namespace {
+
+std::string file_name(const Observation& o, const scene::Simulation& simulation, std::size_t part,
+                      double step) {
+  const std::string whose = o.bodies.size() > 1 ? "-" + simulation.body(o.bodies[part]).name() : "";
+  return fmt::format("{}{}-{:09.0f}.{}", o.name, whose, step, o.bodies.empty() ? "vti" : "vtu");
+}
+
+}  // namespace
+
+void hand_over_snapshot(const Observation& o, const scene::Simulation& simulation,
+                        const std::vector<double>& steps) {
+  if (!observe::is_attaching()) return;
+  const double now = steps.back();
+  for (std::size_t k = 0; k < o.bodies.size(); ++k) {
+    observe::attach(file_name(o, simulation, k, now),
+                    observe::snapshot_of_body(simulation.body(o.bodies[k]), now));
+  }
+  if (o.bodies.empty()) {
+    observe::attach(file_name(o, simulation, 0, now),
+                    observe::snapshot_of_fluid(simulation.fluid(), o.from, o.to, o.fields, now));
+  }
+  // Often enough to be looked at while the scene runs; the list of a long series is not written each time.
+  if (steps.size() >= 100 && steps.size() % 100 != 0 && simulation.steps() != o.last_step) return;
+  std::vector<io::VtkMember> members;
+  for (const double step : steps) {
+    for (std::size_t k = 0; k < std::max<std::size_t>(1, o.bodies.size()); ++k) {
+      members.push_back({step, static_cast<int>(k), file_name(o, simulation, k, step)});
     }
-    if (o.bodies.empty())
-      file("", "vti", observe::snapshot_of_fluid(simulation.fluid(), o.from, o.to, o.fields, time), 0);
-    // Often enough to be looked at while the scene runs; the list of a long series is not written each time.
-    const std::size_t count = members->size();
-    if (count < 100 || count % 100 == 0 || simulation.steps() == o.last_step)
-      observe::attach(o.name + ".pvd", io::vtk_collection(*members));
-  };
+  }
+  observe::attach(o.name + ".pvd", io::vtk_collection(members));
 }
 
 }  // namespace veriflex::measures

@@ -2,6 +2,8 @@
 
 #include <Eigen/Cholesky>
 
+#include "engine/read_scene.hpp"
+
 namespace veriflex::measures {
 
 BeamSection section_of(const solid::Material& material, const scene::SolidSpec& spec, double axial) {
@@ -51,6 +53,15 @@ double shear_factor(const scene::SolidSpec& spec) {
 
 double spacing_of(const scene::SolidSpec& spec) {
   return std::visit([](const auto& shape) { return shape.spacing; }, spec.shape);
+}
+
+solid::Material read_material_with_angles(const io::Table& top) {
+  const solid::Material material{engine::read_law(top), engine::read_angle_stiffness(top)};
+  if (!(material.angle_stiffness > 0.0)) {
+    top.table("bond").fail("law", "a body of bonds alone", "without angles nothing resists shear",
+                           "Add [angle] stiffness");
+  }
+  return material;
 }
 
 scene::SolidSpec with_sections(scene::SolidSpec spec, std::int64_t sections) {

@@ -5,6 +5,7 @@
 /// shear each such pair opens by the shear angle.
 #pragma once
 
+#include "io/document.hpp"
 #include "scene/plan.hpp"
 #include "solid/elastic.hpp"
 
@@ -32,6 +33,9 @@ BeamSection section_of(const solid::Material& material, const scene::SolidSpec& 
 double shear_factor(const scene::SolidSpec& spec);
 
 double spacing_of(const scene::SolidSpec& spec);
+
+/// Bonds and angles of the case. Throws InputError where there are no angles.
+solid::Material read_material_with_angles(const io::Table& top);
 
 /// The same body with so many sections along z.
 scene::SolidSpec with_sections(scene::SolidSpec spec, std::int64_t sections);

@@ -2,16 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
 
-#include "base/reduce.hpp"
 #include "base/root.hpp"
 #include "bond/derive.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
-#include "measures/for_all.hpp"
 #include "measures/solid/beam_section.hpp"
 #include "solid/modes.hpp"
 
@@ -34,13 +33,28 @@ namespace veriflex::measures {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 struct BucklingStudy {
   solid::Material material;
-  scene::SolidSpec section;           // its length is set by `lengths`
-  std::vector<std::int64_t> lengths;  // in spacings, even, rising
+  scene::SolidSpec section;  // its length is set by `length`
+  std::int64_t length;       // in spacings, even
 };
+
+Observations declared() {
+  return {.records = {},
+          .metrics = {
+              {"strain", {}, "1", "of the bonds along the axis at the critical load"},
+              {"load", {}, "M L T^-2", "critical load"},
+              {"euler", {}, "M L T^-2", "pi^2 B/L^2 with the lattice's own B and L at rest"},
+              {"engesser", {}, "M L T^-2", "with shear, thrust along the axis, compressed section"},
+              {"haringx", {}, "M L T^-2", "with shear, thrust normal to the sections, compressed section"},
+              {"over_euler", {}, "1", "critical load over Euler's"},
+              {"euler_error", {}, "1", "departure from Euler's load"},
+              {"engesser_error", {}, "1", "departure from Engesser's load"},
+              {"haringx_error", {}, "1", "departure from Haringx's load"},
+              {"over_harmonic", {}, "1", "over Engesser's load of harmonic bonds of the same stiffness"},
+              {"shear_factor", {}, "1", "kappa: shear stiffness of the section over GA; 1 without shear"}}};
+}
 
 // The compressed column at which some critical load is reached.
 struct Critical {
@@ -99,14 +113,13 @@ std::optional<double> first_passage(const Function& f, double limit) {
 
 // The strain at which the load is what `critical` says of the section so compressed; nothing where the load
 // stays below that as far as the law goes.
-std::optional<Critical> predicted(const BucklingStudy& study, std::int64_t length,
-                                  const LoadOfSection& critical) {
+std::optional<Critical> predicted(const BucklingStudy& study, const LoadOfSection& critical) {
   const double r0 = spacing_of(study.section);
   const double nodes = section_of(study.material, study.section, r0).nodes;
   const auto excess = [&](double strain) {
     const double axial = r0 * (1.0 + strain);
     return load_at(study, nodes, strain) -
-           critical(section_of(study.material, study.section, axial), wave_number(length, axial));
+           critical(section_of(study.material, study.section, axial), wave_number(study.length, axial));
   };
   const std::optional<double> strain = first_passage(excess, (bond::domain(study.material.law).lo - r0) / r0);
   if (!strain) return std::nullopt;
@@ -114,7 +127,8 @@ std::optional<Critical> predicted(const BucklingStudy& study, std::int64_t lengt
 }
 
 // The strain at which the lowest eigenvalue of the compressed network's Hessian passes zero.
-Critical measured(const BucklingStudy& study, std::int64_t length, double expected) {
+Critical measured(const BucklingStudy& study, double expected) {
+  const std::int64_t length = study.length;
   const solid::Network network = scene::build(with_sections(study.section, length + 1));
   const auto per_section = network.node_count() / (length + 1);
   solid::FixedDofs held = solid::FixedDofs::Constant(network.node_count(), 3, false);
@@ -153,141 +167,64 @@ void run(const BucklingStudy& study, Observations& seen, Progress& progress, eng
   const BucklingStudy harmonic{
       {bond::Harmonic{bond::stiffness(study.material.law, r0), r0}, study.material.angle_stiffness},
       study.section,
-      study.lengths};
+      study.length};
   const auto of_engesser = [&](const BeamSection& s, double h) { return engesser(s, kappa, h); };
   const auto of_haringx = [&](const BeamSection& s, double h) { return haringx(s, kappa, h); };
-  struct Row {
-    double euler;
-    Critical engesser, found;
-    std::optional<Critical> haringx, of_springs;
-  };
-  std::vector<Row> rows(study.lengths.size());
-  for_all(rows.size(), "columns", progress, [&](std::size_t piece) {
-    const std::size_t i = rows.size() - 1 - piece;  // the longest first
-    const std::int64_t length = study.lengths[i];
-    const double wave = std::numbers::pi / (static_cast<double>(length) * r0);
-    Row& row = rows[i];
-    row.euler = at_rest.bending() * wave * wave;
-    const std::optional<Critical> expected = predicted(study, length, of_engesser);
-    if (!expected) {
-      throw NumericalFailure(fmt::format(
-          "the column of {} spacings never buckles: Engesser's critical load stays above its load at any "
-          "compression that the bond law knows",
-          length));
-    }
-    row.engesser = *expected;
-    row.haringx = predicted(study, length, of_haringx);
-    row.of_springs = predicted(harmonic, length, of_engesser);
-    row.found = measured(study, length, row.engesser.strain);
-  });
-  cost.finish("columns");
-  Record record{
-      "buckling",
-      "Critical load of the pinned column",
-      {{"length", "L", "L", "at rest, between the pinned sections", {}},
-       {"strain", "", "1", "of the bonds along the axis at the critical load", {}},
-       {"load", "P", "M L T^-2", "critical load", {}},
-       {"euler", "", "M L T^-2", "pi^2 B/L^2 with the lattice's own B and L at rest", {}},
-       {"engesser", "", "M L T^-2", "with shear, thrust along the axis, compressed section", {}},
-       {"haringx", "", "M L T^-2", "with shear, thrust normal to the sections, compressed section", {}},
-       {"over_harmonic",
-        "",
-        "1",
-        "over Engesser's load of harmonic bonds of the same stiffness; not a number where these never buckle",
-        {}},
-       {"spacings", "n", "1", "the length in spacings", {}}}};
-  Record convergence{
-      "convergence",
-      "Departure of the critical load",
-      {{"spacing_over_length", "r0/L", "1", "", {}}, {"error_euler", "", "1", "from Euler's load", {}}}};
+  const double wave = std::numbers::pi / (static_cast<double>(study.length) * r0);
+  const double of_euler = at_rest.bending() * wave * wave;
+  const std::optional<Critical> expected = predicted(study, of_engesser);
+  if (!expected) {
+    throw NumericalFailure(
+        fmt::format("the column of {} spacings never buckles: Engesser's critical load stays above its load "
+                    "at any compression that the bond law knows",
+                    study.length));
+  }
+  cost.finish("theories");
+  const Critical found = measured(study, expected->strain);
+  cost.finish("column");
   // What never buckles beside a column that does has no load.
-  constexpr double none = std::numeric_limits<double>::quiet_NaN();
-  const auto load_of = [](const std::optional<Critical>& critical) {
-    return critical ? critical->load : none;
+  const auto load_beside = [&](const std::optional<Critical>& critical, const std::string& what) {
+    if (critical) return critical->load;
+    progress.warn(fmt::format("{} never buckles: it has no load to compare with", what));
+    return std::numeric_limits<double>::quiet_NaN();
   };
-  double worst_engesser = 0.0;
-  double worst_haringx = 0.0;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const Row& row = rows[i];
-    const double load = row.found.load;
-    record.append({static_cast<double>(study.lengths[i]) * r0, row.found.strain, load, row.euler,
-                   row.engesser.load, load_of(row.haringx), load / load_of(row.of_springs),
-                   static_cast<double>(study.lengths[i])});
-    convergence.append({1.0 / static_cast<double>(study.lengths[i]), std::abs(load / row.euler - 1.0)});
-    worst_engesser = worse(worst_engesser, std::abs(load / row.engesser.load - 1.0));
-    worst_haringx = worse(worst_haringx, std::abs(load / load_of(row.haringx) - 1.0));
-  }
-  const std::size_t n = rows.size();
-  const double ratio = static_cast<double>(study.lengths[n - 1]) / static_cast<double>(study.lengths[n - 2]);
-  const auto order = [&](auto error) { return std::log(error(n - 2) / error(n - 1)) / std::log(ratio); };
-  const auto over_euler = [&](std::size_t i) { return rows[i].found.load / rows[i].euler; };
-  const auto off_euler = [&](std::size_t i) { return std::abs(over_euler(i) - 1.0); };
-  const auto off_engesser = [&](std::size_t i) {
-    return std::abs(rows[i].found.load / rows[i].engesser.load - 1.0);
-  };
-  seen.metrics = {
-      {"euler_error", off_euler(n - 1), "1", "departure from Euler's load, longest column"},
-      {"order_euler", order(off_euler), "1", "order in r0/L of that departure, last two columns"},
-      {"extrapolated_error",
-       std::abs(over_euler(n - 1) + (over_euler(n - 1) - over_euler(n - 2)) / (ratio * ratio - 1.0) - 1.0),
-       "1", "departure from Euler's load after Richardson's extrapolation of order 2"},
-      {"engesser_error", worst_engesser, "1", "departure from Engesser's load, worst column"},
-      {"order_engesser", order(off_engesser), "1", "order in r0/L of that departure, last two columns"},
-      {"shear_factor", kappa, "1", "kappa: shear stiffness of the section over GA; 1 without shear"},
-      {"max_strain", -rows[0].found.strain, "1", "compression of the shortest column when it buckles"}};
-  if (std::isnan(worst_haringx)) {
-    progress.warn("a Haringx column of the same section never buckles: no haringx_error");
-  } else {
-    seen.metrics.push_back(
-        {"haringx_error", worst_haringx, "1", "departure from Haringx's load, worst column"});
-  }
-  if (rows[0].of_springs) {
-    seen.metrics.push_back({"over_harmonic", rows[0].found.load / rows[0].of_springs->load, "1",
-                            "load of the shortest column over that of harmonic bonds of the same stiffness"});
-  } else {
-    progress.warn(
-        "a column of harmonic bonds of the same stiffness, as short as the shortest, never buckles: no "
-        "over_harmonic");
-  }
-  seen.records = {record, convergence};
+  const double haringx_load =
+      load_beside(predicted(study, of_haringx), "a Haringx column of the same section");
+  const double harmonic_load = load_beside(predicted(harmonic, of_engesser),
+                                           "a column of harmonic bonds of the same stiffness and length");
+  seen.set("strain", found.strain);
+  seen.set("load", found.load);
+  seen.set("euler", of_euler);
+  seen.set("engesser", expected->load);
+  seen.set("haringx", haringx_load);
+  seen.set("over_euler", found.load / of_euler);
+  seen.set("euler_error", std::abs(found.load / of_euler - 1.0));
+  seen.set("engesser_error", std::abs(found.load / expected->load - 1.0));
+  seen.set("haringx_error", std::abs(found.load / haringx_load - 1.0));
+  seen.set("over_harmonic", found.load / harmonic_load);
+  seen.set("shear_factor", kappa);
 }
 
 }  // namespace
 
 engine::Study read_buckling(const io::Table& top) {
-  const bond::AnyLaw law = engine::read_law(top);
-  const double rest_length = engine::read_derivation(top, law).rest_length;
+  const solid::Material material = read_material_with_angles(top);
+  const double rest_length = engine::read_derivation(top, material.law).rest_length;
   const io::Table t = top.table("buckling");
-  const BucklingStudy study{.material = {law, engine::read_angle_stiffness(top)},
-                            .section = engine::read_solid_at_rest(top, law, rest_length),
-                            .lengths = t.integers("lengths")};
-  if (!(study.material.angle_stiffness > 0.0)) {
-    top.table("bond").fail("law", "a column of bonds alone", "without angles it buckles under any load",
-                           "Add [angle] stiffness");
-  }
-  if (study.lengths.size() < 2 || study.lengths.front() < 4 || study.lengths.back() > 10000) {
-    t.fail("lengths", "fewer than two lengths, or one not between 4 and 10000",
-           "an order needs two, a column some sections", "Give for example [16, 32]");
-  }
-  for (std::size_t i = 0; i < study.lengths.size(); ++i) {
-    if (study.lengths[i] % 2 != 0 || (i > 0 && study.lengths[i] <= study.lengths[i - 1])) {
-      t.fail("lengths", "lengths are odd or do not rise",
-             "the middle section is fixed along the axis, and the order is taken between neighbours",
-             "Give even lengths, sorted");
-    }
+  const BucklingStudy study{.material = material,
+                            .section = engine::read_solid_at_rest(top, material.law, rest_length),
+                            .length = t.integer("length", 4, 10000)};
+  if (study.length % 2 != 0) {
+    t.fail("length", fmt::format("'length' is {}", study.length),
+           "the middle section is fixed along the axis", "Give an even one");
   }
   return {.plan = engine::read_plan(
-              top, {.law = law,
-                    .solid = with_sections(study.section, study.lengths.back() + 1),
+              top, {.law = material.law,
+                    .solid = with_sections(study.section, study.length + 1),
                     .method = "root of the lowest eigenvalue of the compressed column's Hessian (Spectra)",
                     .by = {parts::Kind::Hessian}}),
-          .measures = {"euler_error", "order_euler", "extrapolated_error", "engesser_error", "order_engesser",
-                       "haringx_error", "shear_factor", "max_strain", "over_harmonic", "buckling.spacings",
-                       "buckling.strain", "buckling.load", "buckling.euler", "buckling.engesser",
-                       "buckling.haringx", "buckling.over_harmonic"},
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .declares = declared(),
+          .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

@@ -1,6 +1,5 @@
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -8,7 +7,6 @@
 #include "bond/derive.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
-#include "measures/for_all.hpp"
 #include "measures/solid/beam_section.hpp"
 #include "solid/leapfrog.hpp"
 #include "solid/modes.hpp"
@@ -25,18 +23,34 @@ namespace veriflex::measures {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 struct WavesStudy {
   solid::Material material;
   scene::SolidSpec solid;
   double rest_length;  // of the law; another spacing means pre-stress  [L]
   bool longitudinal;
-  std::vector<std::int64_t> modes;  // j, rising
-  double amplitude;                 // [L]
-  double fraction;                  // time step over the linear limit
-  int periods;                      // over which each mode is followed
+  std::int64_t mode;  // j: half waves between the ends
+  double amplitude;   // [L]
+  double fraction;    // time step over the linear limit
+  int periods;        // over which the wave is followed
 };
+
+Observations declared() {
+  return {
+      .records = {},
+      .metrics = {{"wave_number", {}, "L^-1", "pi j over the length"},
+                  {"omega", {}, "T^-1", "angular frequency, measured by dynamics"},
+                  {"omega_leapfrog", {}, "T^-1", "of the lattice in leap-frog's steps"},
+                  {"omega_lattice", {}, "T^-1", "of the lattice"},
+                  {"omega_continuum", {}, "T^-1", "of long waves"},
+                  {"frequency_error", {}, "1", "departure from leap-frog's own frequency"},
+                  {"motion_error",
+                   {},
+                   "1",
+                   "largest distance of a node from leap-frog's exact motion over the amplitude, any time"},
+                  {"continuum_error", {}, "1", "departure from the continuum's frequency"},
+                  {"dt_over_limit", {}, "1", "time step over the linear limit 2/omega_max"}}};
+}
 
 struct Mode {
   double wave_number;  // k = pi j/(n r0)  [L^-1]
@@ -67,7 +81,8 @@ class Body {
     return 2.0 / solid::largest_frequency(study_.material, network_, rest, held_, 1.0);
   }
 
-  Mode mode(std::int64_t j, double dt) const {
+  Mode mode(double dt) const {
+    const std::int64_t j = study_.mode;
     const double r0 = network_.spacing;
     const double phase = std::numbers::pi * static_cast<double>(j) / static_cast<double>(spacings_);
     const double s2 = 4.0 * std::pow(std::sin(0.5 * phase), 2);
@@ -86,9 +101,9 @@ class Body {
     return {phase / r0, omega, 2.0 / dt * std::asin(0.5 * omega * dt), phase * std::sqrt(long_wave)};
   }
 
-  Seen follow(std::int64_t j, const Mode& mode, double dt) const {
+  Seen follow(const Mode& mode, double dt) const {
     Positions u = Positions::Zero(network_.node_count(), 3);
-    u.col(axis()) = study_.amplitude * shape(j);
+    u.col(axis()) = study_.amplitude * shape();
     const Positions start = u;
     solid::Leapfrog motion(study_.material, network_, {.fixed = held_, .load = {}, .drive = {}}, dt, {}, u,
                            Positions::Zero(u.rows(), 3));
@@ -99,7 +114,7 @@ class Body {
     constexpr double max_steps = 1e9;
     if (!(needed <= max_steps)) {
       throw NumericalFailure(fmt::format("{} periods of mode {} take {} steps, more than {}", study_.periods,
-                                         j, needed, max_steps));
+                                         study_.mode, needed, max_steps));
     }
     const auto steps = static_cast<std::int64_t>(needed);
     struct Passage {
@@ -118,7 +133,7 @@ class Body {
       before = now;
     }
     if (passages.size() < 2)
-      throw NumericalFailure(fmt::format("mode {} does not pass through rest twice", j));
+      throw NumericalFailure(fmt::format("mode {} does not pass through rest twice", study_.mode));
     // Between two steps the motion is a sine of the frequency that is sought: a few iterations find it.
     double angle = mode.lattice * dt;
     for (int iteration = 0; iteration < 20; ++iteration) {
@@ -135,13 +150,11 @@ class Body {
     return {angle / dt, departure / study_.amplitude};
   }
 
-  std::int64_t spacings() const { return spacings_; }
-
  private:
   int axis() const { return study_.longitudinal ? 2 : 0; }
 
-  Eigen::VectorXd shape(std::int64_t j) const {
-    const double k = std::numbers::pi * static_cast<double>(j) / static_cast<double>(spacings_);
+  Eigen::VectorXd shape() const {
+    const double k = std::numbers::pi * static_cast<double>(study_.mode) / static_cast<double>(spacings_);
     Eigen::VectorXd sine = (k / network_.spacing * network_.rest.col(2).array()).sin();
     return held_.col(axis()).select(0.0, sine);
   }
@@ -153,49 +166,23 @@ class Body {
   solid::FixedDofs held_;
 };
 
-void run(const WavesStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run(const WavesStudy& study, Observations& seen, engine::Cost& cost) {
   const Body body(study);
   const double limit = body.linear_limit();
   const double dt = study.fraction * limit;
   cost.finish("linear limit");
-  const std::size_t count = study.modes.size();
-  std::vector<Mode> modes(count);
-  std::vector<Seen> found(count);
-  seen.records.push_back({"standing_waves",
-                          "Frequency of standing waves",
-                          {{"wave_number", "k", "L^-1", "pi j over the length", {}},
-                           {"omega", "", "T^-1", "measured by dynamics", {}},
-                           {"omega_leapfrog", "", "T^-1", "of the lattice in leap-frog's steps", {}},
-                           {"omega_lattice", "", "T^-1", "of the lattice", {}},
-                           {"omega_continuum", "", "T^-1", "of long waves", {}},
-                           {"mode", "j", "1", "half waves between the ends", {}}}});
-  Record& record = seen.records.back();
-  for_all(
-      count, "modes", progress,
-      [&](std::size_t i) {
-        modes[i] = body.mode(study.modes[i], dt);
-        found[i] = body.follow(study.modes[i], modes[i], dt);
-      },
-      [&](std::size_t i) {
-        record.append({modes[i].wave_number, found[i].omega, modes[i].leapfrog, modes[i].lattice,
-                       modes[i].continuum, static_cast<double>(study.modes[i])});
-      });
-  cost.finish("modes");
-  double frequency_error = 0.0;
-  double motion_error = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    frequency_error = worse(frequency_error, std::abs(found[i].omega / modes[i].leapfrog - 1.0));
-    motion_error = worse(motion_error, found[i].departure);
-  }
-  const auto off = [&](std::size_t i) { return std::abs(found[i].omega / modes[i].continuum - 1.0); };
-  seen.metrics = {
-      {"frequency_error", frequency_error, "1", "departure from leap-frog's own frequency, worst mode"},
-      {"motion_error", motion_error, "1",
-       "largest distance of a node from leap-frog's exact motion over the amplitude, any time and mode"},
-      {"continuum_error", off(0), "1", "departure of the longest wave from the continuum's frequency"},
-      {"order_continuum", std::log(off(1) / off(0)) / std::log(modes[1].wave_number / modes[0].wave_number),
-       "1", "order in k of that departure, two longest waves"},
-      {"dt_over_limit", dt / limit, "1", "time step over the linear limit 2/omega_max"}};
+  const Mode mode = body.mode(dt);
+  const Seen found = body.follow(mode, dt);
+  cost.finish("motion");
+  seen.set("wave_number", mode.wave_number);
+  seen.set("omega", found.omega);
+  seen.set("omega_leapfrog", mode.leapfrog);
+  seen.set("omega_lattice", mode.lattice);
+  seen.set("omega_continuum", mode.continuum);
+  seen.set("frequency_error", std::abs(found.omega / mode.leapfrog - 1.0));
+  seen.set("motion_error", found.departure);
+  seen.set("continuum_error", std::abs(found.omega / mode.continuum - 1.0));
+  seen.set("dt_over_limit", dt / limit);
 }
 
 }  // namespace
@@ -210,7 +197,7 @@ engine::Study read_dispersion(const io::Table& top) {
       .solid = solid,
       .rest_length = rest_length,
       .longitudinal = t.choice("polarisation", {"longitudinal", "transverse"}) == "longitudinal",
-      .modes = t.integers("modes"),
+      .mode = t.integer("mode", 1, 1'000'000'000),
       .amplitude = t.number("amplitude"),
       .fraction = t.number("step_over_limit"),
       .periods = static_cast<int>(t.integer("periods", 1, 10000))};
@@ -233,11 +220,10 @@ engine::Study read_dispersion(const io::Table& top) {
           return shape.nodes[2];
       },
       solid.shape);
-  bool rising = study.modes.size() >= 2 && study.modes.front() >= 1 && study.modes.back() <= sections - 2;
-  for (std::size_t i = 1; i < study.modes.size(); ++i) rising &= study.modes[i] > study.modes[i - 1];
-  if (!rising) {
-    t.fail("modes", "not two or more rising numbers between 1 and the free sections",
-           "mode j has j half waves between the ends", "Give for example [1, 2, 4]");
+  if (study.mode > sections - 2) {
+    t.fail("mode", fmt::format("'mode' is {}", study.mode),
+           fmt::format("mode j has j half waves between the ends, and {} sections are free", sections - 2),
+           "Use a smaller one, or a longer body");
   }
   if (!(study.amplitude >= 1e-12 * rest_length) || study.amplitude > 0.1 * rest_length) {
     t.fail("amplitude", fmt::format("'amplitude' is {}", study.amplitude),
@@ -247,16 +233,12 @@ engine::Study read_dispersion(const io::Table& top) {
     t.fail("step_over_limit", fmt::format("'step_over_limit' is {}", study.fraction),
            "leap-frog is unstable from 1, and below 1e-6 a period takes millions of steps", "Use 0.5");
   }
-  return {
-      .plan = engine::read_plan(top, {.law = law,
-                                      .solid = solid,
-                                      .method = "leap-frog, end sections fixed",
-                                      .by = {parts::Kind::LeapFrog, parts::Kind::Constraints}}),
-      .measures = {"frequency_error", "motion_error", "continuum_error", "order_continuum", "dt_over_limit",
-                   "standing_waves.mode", "standing_waves.omega", "standing_waves.omega_lattice"},
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+  return {.plan = engine::read_plan(top, {.law = law,
+                                          .solid = solid,
+                                          .method = "leap-frog, end sections fixed",
+                                          .by = {parts::Kind::LeapFrog, parts::Kind::Constraints}}),
+          .declares = declared(),
+          .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
 }
 
 }  // namespace veriflex::measures

@@ -14,7 +14,6 @@ namespace veriflex::measures {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 struct ElasticityStudy {
   solid::Material material;
@@ -22,6 +21,23 @@ struct ElasticityStudy {
   double width;                // of differences by the strain, inside what is smooth around rest  [1]
   std::vector<double> shears;  // engineering shear strains of the simple-shear curve  [1]
 };
+
+Observations declared(const ElasticityStudy& study) {
+  Observations all;
+  all.metrics = {{"c11", {}, "M L^-1 T^-2", "stress along a stretched axis over its strain"},
+                 {"c12", {}, "M L^-1 T^-2", "stress across a stretched axis over its strain"},
+                 {"c44", {}, "M L^-1 T^-2", "shear stress over engineering shear strain"},
+                 {"c44_simple", {}, "M L^-1 T^-2", "the same by simple shear"},
+                 {"anisotropy", {}, "1", "2 C44/(C11 - C12): 1 for an isotropic solid (Zener)"},
+                 {"poisson_in_shear", {}, "1", "E/(2 G) - 1 with E = C11, G = C44"}};
+  if (study.shears.empty()) return all;
+  all.records = {{"simple_shear",
+                  "Shear stress of the lattice in simple shear",
+                  {{"shear", "", "1", "engineering shear strain", {}},
+                   {"shear_stress", "", "M L^-1 T^-2", "along the sheared axis", {}},
+                   {"secant_ratio", "", "1", "shear stress / (C44 shear)", {}}}}};
+  return all;
+}
 
 // One node of the infinite lattice: its three bonds along +x, +y, +z and its fifteen angles. A homogeneous
 // deformation F of the lattice turns each bond vector into F times itself.
@@ -79,32 +95,20 @@ void run(const ElasticityStudy& study, Observations& seen, engine::Cost& cost) {
     f(0, 1) = e;
     return f;
   };
-  seen.metrics = {
-      {"c11", modulus(study, cell, 0, 0, stretch), "M L^-1 T^-2",
-       "stress along a stretched axis over its strain"},
-      {"c12", modulus(study, cell, 1, 1, stretch), "M L^-1 T^-2",
-       "stress across a stretched axis over its strain"},
-      {"c44", modulus(study, cell, 0, 1, pure_shear), "M L^-1 T^-2",
-       "shear stress over engineering shear strain"},
-      {"c44_simple", modulus(study, cell, 0, 1, simple_shear), "M L^-1 T^-2", "the same by simple shear"},
-  };
-  const double c11 = seen.metrics[0].value;
-  const double c44 = seen.metrics[2].value;
-  seen.metrics.push_back({"anisotropy", 2.0 * c44 / (c11 - seen.metrics[1].value), "1",
-                          "2 C44/(C11 - C12): 1 for an isotropic solid (Zener)"});
-  seen.metrics.push_back(
-      {"poisson_in_shear", c11 / (2.0 * c44) - 1.0, "1", "E/(2 G) - 1 with E = C11, G = C44"});
+  const double c11 = modulus(study, cell, 0, 0, stretch);
+  const double c12 = modulus(study, cell, 1, 1, stretch);
+  const double c44 = modulus(study, cell, 0, 1, pure_shear);
+  seen.set("c11", c11);
+  seen.set("c12", c12);
+  seen.set("c44", c44);
+  seen.set("c44_simple", modulus(study, cell, 0, 1, simple_shear));
+  seen.set("anisotropy", 2.0 * c44 / (c11 - c12));
+  seen.set("poisson_in_shear", c11 / (2.0 * c44) - 1.0);
   cost.finish("moduli");
-  Record record{"simple_shear",
-                "Shear stress of the lattice in simple shear",
-                {{"shear", "", "1", "engineering shear strain", {}},
-                 {"shear_stress", "", "M L^-1 T^-2", "along the sheared axis", {}},
-                 {"secant_ratio", "", "1", "shear stress / (C44 shear)", {}}}};
   for (const double shear : study.shears) {
     const double s = stress(study, cell, simple_shear(shear))(0, 1);
-    record.append({shear, s, s / (c44 * shear)});
+    seen.open("simple_shear").append({shear, s, s / (c44 * shear)});
   }
-  if (!study.shears.empty()) seen.records.push_back(record);
   cost.finish("shear");
 }
 
@@ -135,8 +139,7 @@ engine::Study read_elasticity(const io::Table& top) {
     }
   }
   return {.plan = engine::read_plan(top, {.law = law}),
-          .measures = {"c11", "c12", "c44", "c44_simple", "anisotropy", "poisson_in_shear",
-                       "simple_shear.shear", "simple_shear.shear_stress"},
+          .declares = declared(study),
           .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numeric>
 #include <random>
 
@@ -29,6 +30,32 @@ struct InvarianceStudy {
   std::int64_t steps;  // of the runs that are compared bit by bit
   double time_step;    // [T]
 };
+
+Observations declared() {
+  return {
+      .records = {},
+      .metrics = {
+          {"rotation_error",
+           {},
+           "1",
+           "forces of the turned body against the turned forces, over the largest"},
+          {"permutation_error",
+           {},
+           "1",
+           "forces with other numbers for nodes, bonds and angles, over the largest"},
+          {"moved_rest_error", {}, "1", "forces of the body built elsewhere, over the largest"},
+          {"moved_state_error", {}, "M L T^-2", "forces of the body carried elsewhere by its displacement"},
+          {"moved_state_over_rounding",
+           {},
+           "1",
+           "the same over 2^-52 translation (4 k + 8 |T|/r0 + 64 k_a/r0^2), T the tension at the spacing"},
+          {"scaling_error", {}, "1", "end of a run in units scaled by powers of two, over the noise"},
+          {"thread_error",
+           {},
+           "1",
+           "ends of runs one after the other against all at once on all threads, over the noise"},
+          {"run_length", {}, "1", "how far a run takes the nodes, over the noise"}}};
+}
 
 Positions gradient(const solid::Material& material, const solid::Network& network, const Positions& u) {
   return solid::visit(material, [&](const auto& law, const auto& angle) {
@@ -147,22 +174,14 @@ void run(const InvarianceStudy& study, Observations& seen, Progress& progress, e
   const double scaling = distance(end_of_run(study, scaled, length, 0x1p20, 1), alone[0]);
   cost.finish("runs");
 
-  seen.metrics = {
-      {"rotation_error", rotation_error(study, network, u, expected) / scale, "1",
-       "forces of the turned body against the turned forces, over the largest"},
-      {"permutation_error", permutation_error(study, network, u, expected) / scale, "1",
-       "forces with other numbers for nodes, bonds and angles, over the largest"},
-      {"moved_rest_error", moved_rest / scale, "1", "forces of the body built elsewhere, over the largest"},
-      {"moved_state_error", moved_state, "M L T^-2",
-       "forces of the body carried elsewhere by its displacement"},
-      {"moved_state_over_rounding", moved_state / rounding, "1",
-       "the same over 2^-52 translation (4 k + 8 |T|/r0 + 64 k_a/r0^2), T the tension at the spacing"},
-      {"scaling_error", scaling / study.noise, "1",
-       "end of a run in units scaled by powers of two, over the noise"},
-      {"thread_error", among_threads / study.noise, "1",
-       "ends of runs one after the other against all at once on all threads, over the noise"},
-      {"run_length", distance(alone[0], u) / study.noise, "1",
-       "how far a run takes the nodes, over the noise"}};
+  seen.set("rotation_error", rotation_error(study, network, u, expected) / scale);
+  seen.set("permutation_error", permutation_error(study, network, u, expected) / scale);
+  seen.set("moved_rest_error", moved_rest / scale);
+  seen.set("moved_state_error", moved_state);
+  seen.set("moved_state_over_rounding", moved_state / rounding);
+  seen.set("scaling_error", scaling / study.noise);
+  seen.set("thread_error", among_threads / study.noise);
+  seen.set("run_length", distance(alone[0], u) / study.noise);
 }
 
 }  // namespace
@@ -189,11 +208,8 @@ engine::Study read_invariance(const io::Table& top) {
                                           .solid = solid,
                                           .method = "forces of one noisy state; leap-frog, free",
                                           .by = {parts::Kind::LeapFrog}}),
-          .measures = {"rotation_error", "permutation_error", "moved_rest_error", "moved_state_error",
-                       "moved_state_over_rounding", "scaling_error", "thread_error", "run_length"},
-          .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(study, seen, progress, cost);
-          }};
+          .declares = declared(),
+          .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

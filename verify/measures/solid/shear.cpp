@@ -1,8 +1,8 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <functional>
 
-#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
@@ -18,19 +18,25 @@ namespace veriflex::measures {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 struct ShearStudy {
   solid::Material material;
-  solid::Block block;                // its width along x is set by `widths`
-  std::vector<std::int64_t> widths;  // nodes along x, rising
+  solid::Block block;
 };
+
+Observations declared() {
+  return {.records = {},
+          .metrics = {{"free_sides", {}, "1", "force on the plates per area and shear over G = 4 k_a/r0^3"},
+                      {"free_error", {}, "1", "1 less that: it falls as 1/n, n the nodes along the shear"},
+                      {"lost_width", {}, "1", "n times that: by how many spacings the block is narrower"},
+                      {"plane", {}, "1", "the force with every node moved as the plates say"},
+                      {"plane_error", {}, "1", "its relative departure from 1 - 1/n"}}};
+}
 
 // Force on the upper plate per area and shear, in linear response; with `plane` every node moves as the
 // plates say.
-double stiffness(const ShearStudy& study, std::int64_t width, bool plane) {
-  solid::Block block = study.block;
-  block.nodes[0] = width;
+double stiffness(const ShearStudy& study, bool plane) {
+  const solid::Block& block = study.block;
   const solid::Network network = scene::build({block, study.material.angle_stiffness});
   const Eigen::Index nodes = network.node_count();
   const Eigen::Index per_section = block.nodes[0] * block.nodes[1];
@@ -53,44 +59,18 @@ double stiffness(const ShearStudy& study, std::int64_t width, bool plane) {
 }
 
 void run(const ShearStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  const std::size_t count = study.widths.size();
   const double r0 = study.block.spacing;
   const double modulus = 4.0 * study.material.angle_stiffness / (r0 * r0 * r0);
-  std::vector<double> plane(count), free(count);
-  for_all(2 * count, "blocks", progress, [&](std::size_t piece) {
-    const std::size_t i = count - 1 - piece / 2;
-    (piece % 2 == 0 ? free : plane)[i] = stiffness(study, study.widths[i], piece % 2 == 1) / modulus;
-  });
+  const auto n = static_cast<double>(study.block.nodes[0]);
+  double free = 0.0, plane = 0.0;
+  for_all(2, "blocks", progress,
+          [&](std::size_t piece) { (piece == 0 ? free : plane) = stiffness(study, piece == 1) / modulus; });
   cost.finish("blocks");
-  Record record{"shear",
-                "Shear stiffness of a block between plates",
-                {{"width", "n", "1", "nodes along the shear", {}},
-                 {"free_sides", "G_eff/G", "1", "force on the plates per area and shear, G = 4 k_a/r0^3", {}},
-                 {"plane", "", "1", "the same with every node moved as the plates say", {}},
-                 {"plane_exact", "", "1", "1 - 1/n", {}}}};
-  Record convergence{"convergence",
-                     "Departure of the shear stiffness from G",
-                     {{"spacing_over_width", "1/n", "1", "", {}},
-                      {"error_free", "", "1", "free sides", {}},
-                      {"error_plane", "", "1", "every node moved as the plates say", {}}}};
-  double plane_error = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const auto n = static_cast<double>(study.widths[i]);
-    record.append({n, free[i], plane[i], 1.0 - 1.0 / n});
-    convergence.append({1.0 / n, std::abs(free[i] - 1.0), std::abs(plane[i] - 1.0)});
-    plane_error = worse(plane_error, std::abs(plane[i] / (1.0 - 1.0 / n) - 1.0));
-  }
-  const auto coarse = static_cast<double>(study.widths[count - 2]);
-  const auto fine = static_cast<double>(study.widths[count - 1]);
-  seen.metrics = {
-      {"plane_error", plane_error, "1", "plane sections: departure from 1 - 1/n, worst width"},
-      {"order_free", std::log((1.0 - free[count - 2]) / (1.0 - free[count - 1])) / std::log(fine / coarse),
-       "1", "free sides: order in 1/n of the departure from G, last two widths"},
-      {"column_error", std::abs((fine * free[count - 1] - coarse * free[count - 2]) / (fine - coarse) - 1.0),
-       "1", "departure from G of what the last columns of nodes add: Richardson's extrapolation of order 1"},
-      {"lost_width", fine * (1.0 - free[count - 1]), "1",
-       "free sides: by how many spacings the block is effectively narrower, widest block"}};
-  seen.records = {record, convergence};
+  seen.set("free_sides", free);
+  seen.set("free_error", 1.0 - free);
+  seen.set("lost_width", n * (1.0 - free));
+  seen.set("plane", plane);
+  seen.set("plane_error", std::abs(plane / (1.0 - 1.0 / n) - 1.0));
 }
 
 }  // namespace
@@ -99,32 +79,24 @@ engine::Study read_shear(const io::Table& top) {
   const bond::AnyLaw law = engine::read_law(top);
   const double rest_length = engine::read_derivation(top, law).rest_length;
   const scene::SolidSpec solid = engine::read_solid_at_rest(top, law, rest_length);
-  const io::Table t = top.table("shear");
   const auto* block = std::get_if<solid::Block>(&solid.shape);
   if (block == nullptr || !(solid.angle_stiffness > 0.0)) {
     top.table("solid").fail("shape", "no bar with angles",
                             "without both there is no block that resists shear",
                             "Use shape = \"bar\" and [angle] stiffness");
   }
-  ShearStudy study{{law, solid.angle_stiffness}, *block, t.integers("widths")};
-  bool rising = study.widths.size() >= 2 && study.widths.front() >= 2 && study.widths.back() <= 10000;
-  for (std::size_t i = 1; i < study.widths.size(); ++i) rising &= study.widths[i] > study.widths[i - 1];
-  if (!rising) {
-    t.fail("widths", "not two or more rising numbers from 2 to 10000", "an order needs two",
-           "Give for example [16, 32, 64]");
+  if (block->nodes[0] < 2 || block->nodes[0] > 10000) {
+    top.table("solid").fail("nodes", fmt::format("{} nodes along x", block->nodes[0]),
+                            "a block with 2 to 10000 resists shear", "Give for example [64, 1, 7]");
   }
-  solid::Block widest = *block;
-  widest.nodes[0] = study.widths.back();
+  const ShearStudy study{{law, solid.angle_stiffness}, *block};
   return {
       .plan = engine::read_plan(top, {.law = law,
-                                      .solid = scene::SolidSpec{widest, solid.angle_stiffness},
+                                      .solid = solid,
                                       .method = "linear response by sparse Cholesky; both end sections fixed",
                                       .by = {parts::Kind::Statics}}),
-      .measures = {"plane_error", "order_free", "column_error", "lost_width", "shear.width",
-                   "shear.free_sides", "shear.plane"},
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+      .declares = declared(),
+      .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

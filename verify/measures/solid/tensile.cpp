@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 
@@ -31,36 +32,63 @@ struct TensileStudy {
   Block block;
   bool lateral_held;
   Control control;
-  std::vector<double> points;    // strains, or stresses under load control  [1] or [M L^-1 T^-2]
-  double modulus_strain;         // the largest strain of the modulus' differences  [1]
-  int modulus_levels;            // how often it is halved
-  std::vector<double> sections;  // n of n x n sections whose modulus is compared
+  std::vector<double> points;  // strains, or stresses under load control  [1] or [M L^-1 T^-2]
+  double modulus_strain;       // the largest strain of the modulus' differences  [1]
+  int modulus_levels;          // how often it is halved
+
+  bool has_faces() const { return block.nodes[0] > 1 && block.nodes[1] > 1; }
 };
 
-// One state per i, each solved on its own.
-template <class Pull>
-std::vector<Pulled> pull_all(std::size_t count, const std::string& phase, Progress& progress, Pull pull) {
-  std::vector<Pulled> states(count);
-  for_all(count, phase, progress, [&](std::size_t i) { states[i] = pull(i); });
-  return states;
+Observations declared(const TensileStudy& study) {
+  Observations all;
+  if (!study.points.empty()) {
+    all.records.push_back(
+        {"stress_strain",
+         "Static pull along the axis",
+         {{"strain", "", "1", "change of length over undeformed length", {}},
+          {"stress", "", "M L^-1 T^-2", "axial force over the undeformed section n m r0^2", {}},
+          {"secant_ratio", "", "1", "stress / (E strain)", {}},
+          {"tangent_ratio", "", "1", "U''(r)/U''(r_eq) at the mean bond length", {}},
+          {"iterations", "", "1", "Newton steps", {}},
+          {"residual",
+           "",
+           "1",
+           "largest out-of-balance force over the largest tension or that of a strain of 1e-3",
+           {}}}});
+    all.metrics.push_back(
+        {"max_residual",
+         {},
+         "1",
+         "largest out-of-balance force over the largest tension or that of a strain of 1e-3, all states"});
+  }
+  all.records.push_back(
+      {"convergence",
+       "Error of the modulus against the strain it is measured at",
+       {{"strain_step", "h", "1", "strain of the difference quotient", {}},
+        {"error_one_sided", "", "1", "relative error of (stress(h) - stress(0))/h", {}},
+        {"error_central", "", "1", "relative error of (stress(h) - stress(-h))/2h", {}},
+        {"error_richardson", "", "1", "relative error extrapolated from this and all larger h", {}}}});
+  all.records.push_back(validity_record());
+  all.metrics.insert(
+      all.metrics.end(),
+      {{"young_modulus",
+        {},
+        "M L^-1 T^-2",
+        "stress over strain, central differences extrapolated to zero strain"},
+       {"derived_young_modulus", {}, "M L^-1 T^-2", "U''(r_eq)/r_eq of the bond law"},
+       {"modulus_deviation", {}, "1", "relative departure of the bar's modulus from the bond law's"},
+       {"order_one_sided", {}, "1", "order of the error in the strain, last two levels"},
+       {"order_central", {}, "1", "order of the error in the strain, last two levels"}});
+  if (study.has_faces()) {
+    all.metrics.push_back(
+        {"outer_face_ratio", {}, "1", "modulus with the area (n-1)(m-1) r0^2, over the law's"});
+  }
+  return all;
 }
 
 // Adds the curve to what was seen, state by state.
-void add_stress_strain(const TensileStudy& study, Progress& progress, Observations& seen) {
-  seen.records.push_back(
-      {"stress_strain",
-       "Static pull along the axis",
-       {{"strain", "", "1", "change of length over undeformed length", {}},
-        {"stress", "", "M L^-1 T^-2", "axial force over the undeformed section n m r0^2", {}},
-        {"secant_ratio", "", "1", "stress / (E strain)", {}},
-        {"tangent_ratio", "", "1", "U''(r)/U''(r_eq) at the mean bond length", {}},
-        {"iterations", "", "1", "Newton steps", {}},
-        {"residual",
-         "",
-         "1",
-         "largest out-of-balance force over the largest tension or that of a strain of 1e-3",
-         {}}}});
-  Record& record = seen.records.back();
+void pull_along_curve(const TensileStudy& study, Progress& progress, Observations& seen) {
+  Record& record = seen.open("stress_strain");
   const bool displaced = study.control == Control::displacement;
   const bond::Derivation& d = study.derivation;
   std::vector<Pulled> states(study.points.size());
@@ -81,6 +109,8 @@ void add_stress_strain(const TensileStudy& study, Progress& progress, Observatio
                    bond::stiffness(study.law, d.rest_length * (1.0 + state.strain)) / d.stiffness,
                    static_cast<double>(state.iterations), state.residual});
   });
+  const std::vector<double>& residual = record.find("residual")->values;
+  seen.set("max_residual", std::accumulate(residual.begin(), residual.end(), 0.0, worse));
 }
 
 // Difference quotients of the stress at strains h, h/2, h/4, ...
@@ -101,15 +131,16 @@ double richardson(std::vector<double> values) {
   return values.front();
 }
 
-Differences modulus_at_rest(const TensileStudy& study, const Block& block, Progress& progress) {
+Differences modulus_at_rest(const TensileStudy& study, Progress& progress) {
   const auto levels = static_cast<std::size_t>(study.modulus_levels);
   const auto strain = [&](std::size_t level) {
     return std::ldexp(study.modulus_strain, -static_cast<int>(level));
   };
-  const std::vector<Pulled> states = pull_all(2 * levels + 1, "modulus", progress, [&](std::size_t i) {
+  std::vector<Pulled> states(2 * levels + 1);
+  for_all(states.size(), "modulus", progress, [&](std::size_t i) {
     const double sign = i % 2 == 0 ? 1.0 : -1.0;
-    return solid::pull_to_strain(study.law, block, study.lateral_held,
-                                 i == 2 * levels ? 0.0 : sign * strain(i / 2));
+    states[i] = solid::pull_to_strain(study.law, study.block, study.lateral_held,
+                                      i == 2 * levels ? 0.0 : sign * strain(i / 2));
   });
   const double at_rest = states.back().stress;
   Differences d{};
@@ -125,14 +156,7 @@ Differences modulus_at_rest(const TensileStudy& study, const Block& block, Progr
   return d;
 }
 
-Record convergence(const Differences& d, double young_modulus) {
-  Record record{
-      "convergence",
-      "Error of the modulus against the strain it is measured at",
-      {{"strain_step", "h", "1", "strain of the difference quotient", {}},
-       {"error_one_sided", "", "1", "relative error of (stress(h) - stress(0))/h", {}},
-       {"error_central", "", "1", "relative error of (stress(h) - stress(-h))/2h", {}},
-       {"error_richardson", "", "1", "relative error extrapolated from this and all larger h", {}}}};
+void record_convergence(const Differences& d, double young_modulus, Record& record) {
   for (std::size_t i = 0; i < d.strain.size(); ++i) {
     const std::vector<double> so_far(d.central.begin(),
                                      d.central.begin() + static_cast<std::ptrdiff_t>(i) + 1);
@@ -140,69 +164,35 @@ Record convergence(const Differences& d, double young_modulus) {
                    std::abs(d.central[i] / young_modulus - 1.0),
                    std::abs(richardson(so_far) / young_modulus - 1.0)});
   }
-  return record;
 }
 
-// The order at which the last two errors fall, or nothing where they are at the level of rounding.
-std::optional<double> order(const std::vector<double>& errors) {
+// The order at which the last two errors fall; not a number where they are at the level of rounding.
+double order(const std::vector<double>& errors) {
   const double coarse = errors[errors.size() - 2];
   const double fine = errors[errors.size() - 1];
-  if (fine < 1e-11 || coarse < 1e-11) return std::nullopt;
+  if (fine < 1e-11 || coarse < 1e-11) return std::numeric_limits<double>::quiet_NaN();
   return std::log2(coarse / fine);
 }
 
-Record section_moduli(const TensileStudy& study, Progress& progress) {
-  Record record{"sections",
-                "Modulus of n x n sections with two conventions for the area",
-                {{"n", "n", "1", "nodes along each side of the section", {}},
-                 {"modulus_node_area", "", "M L^-1 T^-2", "area n^2 r0^2", {}},
-                 {"modulus_outer_faces", "", "M L^-1 T^-2", "area (n-1)^2 r0^2", {}}}};
-  for (const double n : study.sections) {
-    Block block = study.block;
-    block.nodes[0] = block.nodes[1] = static_cast<std::int64_t>(n);
-    const double modulus = modulus_at_rest(study, block, progress).extrapolated;
-    record.append({n, modulus, modulus * n * n / ((n - 1.0) * (n - 1.0))});
-  }
-  return record;
-}
-
 void run(const TensileStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  const double derived = study.derivation.young_modulus;
   if (!study.points.empty()) {
-    add_stress_strain(study, progress, seen);
-    const std::vector<double>& residual = seen.records.back().find("residual")->values;
-    seen.metrics.push_back(
-        {"max_residual", std::accumulate(residual.begin(), residual.end(), 0.0, worse), "1",
-         "largest out-of-balance force over the largest tension or that of a strain of 1e-3, all states"});
+    pull_along_curve(study, progress, seen);
     cost.finish("curve");
   }
-  const Differences differences = modulus_at_rest(study, study.block, progress);
-  seen.records.push_back(convergence(differences, derived));
-  seen.metrics.push_back({"young_modulus", differences.extrapolated, "M L^-1 T^-2",
-                          "stress over strain, central differences extrapolated to zero strain"});
-  seen.metrics.push_back({"derived_young_modulus", derived, "M L^-1 T^-2", "U''(r_eq)/r_eq of the bond law"});
-  seen.metrics.push_back({"modulus_deviation", std::abs(differences.extrapolated / derived - 1.0), "1",
-                          "relative departure of the bar's modulus from the bond law's"});
-  for (const char* kind : {"one_sided", "central"}) {
-    if (const auto p = order(seen.records.back().find(std::string("error_") + kind)->values)) {
-      seen.metrics.push_back(
-          {std::string("order_") + kind, *p, "1", "order of the error in the strain, last two levels"});
-    }
-  }
+  record_validity(study.derivation, seen.open("validity"));
+  const double derived = study.derivation.young_modulus;
+  const Differences differences = modulus_at_rest(study, progress);
   cost.finish("modulus");
-  if (!study.sections.empty()) {
-    seen.records.push_back(section_moduli(study, progress));
-    const std::vector<double>& by_nodes = seen.records.back().find("modulus_node_area")->values;
-    const std::vector<double>& by_faces = seen.records.back().find("modulus_outer_faces")->values;
-    const double lowest = std::accumulate(by_nodes.begin(), by_nodes.end(), by_nodes.front(), lesser);
-    const double highest = std::accumulate(by_nodes.begin(), by_nodes.end(), by_nodes.front(), worse);
-    seen.metrics.push_back({"section_spread", (highest - lowest) / derived, "1",
-                            "spread of the modulus over the sections, area n^2 r0^2"});
-    seen.metrics.push_back({"outer_face_ratio", by_faces.back() / derived, "1",
-                            "modulus of the last section with area (n-1)^2 r0^2, over the law's"});
-    cost.finish("sections");
-  }
-  seen.records.push_back(validity_record(study.derivation));
+  Record& convergence = seen.open("convergence");
+  record_convergence(differences, derived, convergence);
+  seen.set("young_modulus", differences.extrapolated);
+  seen.set("derived_young_modulus", derived);
+  seen.set("modulus_deviation", std::abs(differences.extrapolated / derived - 1.0));
+  seen.set("order_one_sided", order(convergence.find("error_one_sided")->values));
+  seen.set("order_central", order(convergence.find("error_central")->values));
+  if (!study.has_faces()) return;
+  const auto n = static_cast<double>(study.block.nodes[0]), m = static_cast<double>(study.block.nodes[1]);
+  seen.set("outer_face_ratio", differences.extrapolated * n * m / ((n - 1.0) * (m - 1.0)) / derived);
 }
 
 }  // namespace
@@ -229,8 +219,7 @@ engine::Study read_tensile(const io::Table& top) {
       // Inside what is smooth around rest: differences across a kink have another limit.
       .modulus_strain = t.number("modulus_strain",
                                  std::min(0.004, 0.5 * derivation.smooth_radius / derivation.rest_length)),
-      .modulus_levels = t.has("modulus_levels") ? static_cast<int>(t.integer("modulus_levels", 2, 12)) : 4,
-      .sections = {}};
+      .modulus_levels = t.has("modulus_levels") ? static_cast<int>(t.integer("modulus_levels", 2, 12)) : 4};
   const std::string points = study.control == Control::displacement ? "strains" : "stresses";
   if (t.has(points)) study.points = t.numbers(points);
   const Interval domain = bond::domain(law);
@@ -250,30 +239,6 @@ engine::Study read_tensile(const io::Table& top) {
            "it must be positive, and bonds strained by it both ways inside the law's domain",
            "Use about 0.004");
   }
-  if (t.has("sections")) {
-    for (const std::int64_t n : t.integers("sections")) {
-      if (n < 2 || n > 100)
-        t.fail("sections", fmt::format("'sections' holds {}", n),
-               "n x n sections with outer faces have 2 to 100 nodes a side", "Choose n from 2 to 100");
-      study.sections.push_back(static_cast<double>(n));
-    }
-  }
-  if (!study.sections.empty()) {  // the thickest must fit into memory too
-    Block thickest = study.block;
-    thickest.nodes[0] = thickest.nodes[1] =
-        static_cast<std::int64_t>(std::accumulate(study.sections.begin(), study.sections.end(), 0.0, worse));
-    try {
-      scene::plan({.law = law, .solid = scene::SolidSpec{thickest, 0.0}, .by = {parts::Kind::Statics}});
-    } catch (const BadParameter& bad) {
-      t.fail("sections", bad.problem, bad.why, "Use thinner sections");
-    }
-  }
-  std::vector<std::string> measures{"young_modulus", "derived_young_modulus", "modulus_deviation",
-                                    "order_one_sided", "order_central"};
-  if (!study.points.empty()) {
-    measures.insert(measures.end(), {"max_residual", "stress_strain.stress", "stress_strain.strain"});
-  }
-  if (!study.sections.empty()) measures.insert(measures.end(), {"section_spread", "outer_face_ratio"});
   return {
       .plan = engine::read_plan(
           top, {.law = law,
@@ -282,10 +247,8 @@ engine::Study read_tensile(const io::Table& top) {
                     "Newton with line search, sparse Cholesky; ends fixed axially, lateral displacements {}",
                     study.lateral_held ? "fixed (exact: C12 = 0)" : "free"),
                 .by = {parts::Kind::Statics}}),
-      .measures = measures,
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+      .declares = declared(study),
+      .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

@@ -3,14 +3,16 @@
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseCore>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <optional>
 
 #include "analytic/exact_solid.hpp"
-#include "base/reduce.hpp"
 #include "bond/derive.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
 #include "measures/for_all.hpp"
+#include "measures/solid/beam_section.hpp"
 #include "solid/modes.hpp"
 
 // A square bar of n x n nodes under end couples. In the middle, far from both ends, sections turn rigidly and
@@ -26,15 +28,33 @@ namespace veriflex::measures {
 namespace {
 
 using observe::Observations;
-using observe::Record;
 
 struct TorsionStudy {
   solid::Material material;
-  double spacing;                      // r0  [L]
-  std::vector<std::int64_t> sides;     // n of the bars, rising
-  std::vector<std::int64_t> sections;  // n of the sections without a bar, rising
-  std::int64_t slenderness;            // spacings along the bar over n
+  double spacing;                           // r0  [L]
+  std::int64_t side;                        // n
+  std::optional<std::int64_t> slenderness;  // spacings along the bar over n; without it no bar is built
 };
+
+Observations declared(const TorsionStudy& study) {
+  Observations all;
+  all.metrics = {
+      {"section", {}, "1", "J/(n r0)^4 by the warping of one section"},
+      {"section_right_angles", {}, "1", "the same without straight angles, by the double sine series"},
+      {"saint_venant", {}, "1", "J/(n r0)^4 by the series for a square"},
+      {"over_saint_venant", {}, "1", "the section's over that"},
+      {"section_error", {}, "1", "departure of the section from Saint-Venant's"},
+      {"section_error_right_angles", {}, "1", "the same without straight angles"}};
+  if (study.slenderness) {
+    all.metrics.insert(
+        all.metrics.end(),
+        {{"bar", {}, "1", "J/(n r0)^4 of the bar, with G = 4 k_a/r0^3"},
+         {"bar_right_angles", {}, "1", "of the bar without straight angles"},
+         {"bar_error", {}, "1", "departure of the bar from the warping of its section"},
+         {"series_error", {}, "1", "departure of the bar without straight angles from the sine series"}});
+  }
+  return all;
+}
 
 // J of the lattice with right angles alone, over r0^4: 2 sum of Prandtl's function, by its double sine
 // series.
@@ -106,8 +126,8 @@ std::vector<double> turns(const solid::Network& network, const Positions& u, Eig
 // is built: its first section is a plane of antisymmetry of the twist, where nothing moves across the axis
 // and the corners not along it. The couple acts on the last section by forces that grow with the distance
 // from the axis.
-double stiffness(const TorsionStudy& study, std::int64_t n, bool with_straight) {
-  const std::int64_t length = study.slenderness * n;
+double stiffness(const TorsionStudy& study, bool with_straight) {
+  const std::int64_t n = study.side, length = *study.slenderness * n;
   solid::Network network =
       scene::build({solid::Block{{n, n, length + 1}, study.spacing}, study.material.angle_stiffness});
   if (!with_straight) std::erase_if(network.angles, [](const solid::Angle& angle) { return angle.straight; });
@@ -130,113 +150,55 @@ double stiffness(const TorsionStudy& study, std::int64_t n, bool with_straight) 
 }
 
 void run(const TorsionStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
-  const std::size_t count = study.sides.size();
-  const double r0 = study.spacing;
-  const double modulus = 4.0 * study.material.angle_stiffness / (r0 * r0 * r0);
-  std::vector<double> whole(count), right(count);
-  for_all(2 * count, "bars", progress, [&](std::size_t piece) {
-    const std::size_t i = count - 1 - piece / 2;  // the thickest first
-    (piece % 2 == 0 ? whole : right)[i] = stiffness(study, study.sides[i], piece % 2 == 0);
-  });
-  cost.finish("bars");
+  const auto n = static_cast<double>(study.side);
   const double continuum = analytic::torsion_constant_of_square();
-  Record record{"torsion",
-                "Torsion constant of square bars",
-                {{"side", "n", "1", "nodes along each side", {}},
-                 {"bar", "J/(n r0)^4", "1", "of the bar, with G = 4 k_a/r0^3", {}},
-                 {"section", "", "1", "by the warping of one section", {}},
-                 {"bar_right_angles", "", "1", "of the bar without straight angles", {}},
-                 {"sine_series", "", "1", "without straight angles, by the double sine series", {}},
-                 {"saint_venant", "", "1", "by the series for a square", {}}}};
-  double bar_error = 0.0;
-  double series_error = 0.0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const double n = static_cast<double>(study.sides[i]);
-    const double unit = modulus * std::pow(n * r0, 4);
-    const double section = section_constant(study.sides[i]) / std::pow(n, 4);
-    const double series = right_angle_constant(study.sides[i]) / std::pow(n, 4);
-    record.append({n, whole[i] / unit, section, right[i] / unit, series, continuum});
-    bar_error = worse(bar_error, std::abs(whole[i] / unit / section - 1.0));
-    series_error = worse(series_error, std::abs(right[i] / unit / series - 1.0));
-  }
-  Record convergence{"convergence",
-                     "Departure of the torsion constant from Saint-Venant's",
-                     {{"spacing_over_side", "1/n", "1", "", {}},
-                      {"error_lattice", "", "1", "of the lattice", {}},
-                      {"error_right_angles", "", "1", "without straight angles", {}}}};
-  std::vector<double> ratio;  // of the sections' J over Saint-Venant's
-  for (const std::int64_t side : study.sections) {
-    const double unit = std::pow(static_cast<double>(side), 4) * continuum;
-    ratio.push_back(section_constant(side) / unit);
-    convergence.append({1.0 / static_cast<double>(side), std::abs(ratio.back() - 1.0),
-                        std::abs(right_angle_constant(side) / unit - 1.0)});
-  }
-  cost.finish("sections");
-  const std::size_t last = study.sections.size() - 1;
-  const double finer =
-      static_cast<double>(study.sections[last]) / static_cast<double>(study.sections[last - 1]);
-  const auto order = [&](const char* column) {
-    const std::vector<double>& error = convergence.find(column)->values;
-    return std::log(error[last - 1] / error[last]) / std::log(finer);
-  };
-  const double limit = ratio[last] + (ratio[last] - ratio[last - 1]) / (finer * finer - 1.0);
-  seen.metrics = {
-      {"bar_error", bar_error, "1", "bars against the warping of their section, worst of the sides"},
-      {"series_error", series_error, "1",
-       "bars without straight angles against the double sine series, worst of the sides"},
-      {"thickest_bar_error", std::abs(record.find("bar")->values.back() / continuum - 1.0), "1",
-       "departure of the thickest bar from Saint-Venant's constant"},
-      {"order_lattice", order("error_lattice"), "1", "order in 1/n of the sections' departure, last two"},
-      {"order_right_angles", order("error_right_angles"), "1", "the same without straight angles"},
-      {"extrapolated_error", std::abs(limit - 1.0), "1",
-       "departure of the sections after Richardson's extrapolation of order 2"}};
-  seen.records = {record, convergence};
+  const double section = section_constant(study.side) / std::pow(n, 4);
+  const double series = right_angle_constant(study.side) / std::pow(n, 4);
+  seen.set("section", section);
+  seen.set("section_right_angles", series);
+  seen.set("saint_venant", continuum);
+  seen.set("over_saint_venant", section / continuum);
+  seen.set("section_error", std::abs(section / continuum - 1.0));
+  seen.set("section_error_right_angles", std::abs(series / continuum - 1.0));
+  cost.finish("section");
+  if (!study.slenderness) return;
+  const double r0 = study.spacing;
+  const double unit = 4.0 * study.material.angle_stiffness / (r0 * r0 * r0) * std::pow(n * r0, 4);
+  double whole = 0.0, right = 0.0;
+  for_all(2, "bars", progress,
+          [&](std::size_t i) { (i == 0 ? whole : right) = stiffness(study, i == 0) / unit; });
+  cost.finish("bars");
+  seen.set("bar", whole);
+  seen.set("bar_right_angles", right);
+  seen.set("bar_error", std::abs(whole / section - 1.0));
+  seen.set("series_error", std::abs(right / series - 1.0));
 }
 
 }  // namespace
 
 engine::Study read_torsion(const io::Table& top) {
-  const bond::AnyLaw law = engine::read_law(top);
-  const double rest_length = engine::read_derivation(top, law).rest_length;
+  const solid::Material material = read_material_with_angles(top);
   const io::Table t = top.table("torsion");
-  const TorsionStudy study{.material = {law, engine::read_angle_stiffness(top)},
-                           .spacing = rest_length,
-                           .sides = t.integers("sides"),
-                           .sections = t.integers("sections"),
-                           .slenderness = t.integer("slenderness", 2, 100)};
-  if (!(study.material.angle_stiffness > 0.0)) {
-    top.table("bond").fail("law", "a bar of bonds alone", "without angles it has no shear stiffness",
-                           "Add [angle] stiffness");
+  TorsionStudy study{.material = material,
+                     .spacing = engine::read_derivation(top, material.law).rest_length,
+                     .side = t.integer("side", 2, 1000),
+                     .slenderness = {}};
+  if (t.has("slenderness")) study.slenderness = t.integer("slenderness", 2, 100);
+  scene::Outline scene{.law = material.law, .method = "warping of one section by sparse Cholesky"};
+  if (study.slenderness) {
+    scene.solid = scene::SolidSpec{
+        solid::Block{{study.side, study.side, *study.slenderness * study.side + 1}, study.spacing},
+        material.angle_stiffness};
+    scene.method = "linear response by sparse Cholesky; half a bar under end couples";
+    scene.by = {parts::Kind::Statics};
   }
-  const auto check_rising = [&](const char* key, const std::vector<std::int64_t>& sides, std::int64_t max) {
-    bool rising = sides.size() >= 2 && sides.front() >= 2 && sides.back() <= max;
-    for (std::size_t i = 1; i < sides.size(); ++i) rising &= sides[i] > sides[i - 1];
-    if (!rising) {
-      t.fail(key, fmt::format("'{}' are not two or more rising numbers from 2 to {}", key, max),
-             "each is the number of nodes along a side", "Give for example [3, 4, 6]");
-    }
-  };
-  check_rising("sides", study.sides, 60);
-  check_rising("sections", study.sections, 1000);
-  const std::int64_t n = study.sides.back();
   scene::Plan plan;
   try {
-    plan =
-        scene::plan({.law = law,
-                     .solid = scene::SolidSpec{solid::Block{{n, n, study.slenderness * n + 1}, rest_length},
-                                               study.material.angle_stiffness},
-                     .method = "linear response by sparse Cholesky; half a bar under end couples",
-                     .by = {parts::Kind::Statics}});
+    plan = scene::plan(scene);
   } catch (const BadParameter& bad) {
-    t.fail("sides", bad.problem, bad.why, "Use thinner bars, or a smaller slenderness");
+    t.fail("side", bad.problem, bad.why, "Use a thinner bar, or a smaller slenderness");
   }
-  return {
-      .plan = plan,
-      .measures = {"bar_error", "series_error", "thickest_bar_error", "order_lattice", "order_right_angles",
-                   "extrapolated_error", "torsion.side", "torsion.bar", "torsion.section"},
-      .run = [study](Observations& seen, Progress& progress, engine::Cost& cost) {
-        run(study, seen, progress, cost);
-      }};
+  return {.plan = plan, .declares = declared(study), .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures

@@ -1,0 +1,186 @@
+#include "engine/stored_result.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numeric>
+#include <optional>
+
+#include "base/error.hpp"
+#include "engine/result.hpp"
+#include "io/hdf5.hpp"
+
+namespace veriflex::engine {
+
+namespace fs = std::filesystem;
+
+namespace {
+
+/// The columns of a table, which must be of one length.
+class Columns {
+ public:
+  Columns(const io::Hdf5File& file, std::string group, const fs::path& path)
+      : file_(file), group_(std::move(group)), path_(path) {}
+
+  std::vector<std::string> texts(const char* name) { return held(file_.texts(group_ + "/" + name)); }
+  std::vector<double> numbers(const char* name) { return held(file_.numbers(group_ + "/" + name)); }
+  std::size_t rows() const { return rows_.value_or(0); }
+
+ private:
+  template <class Values>
+  Values held(Values values) {
+    if (!rows_) rows_ = values.size();
+    if (*rows_ == values.size()) return values;
+    throw InputError({path_.string()}, fmt::format("the columns of {} differ in length", group_),
+                     "the file is not as its schema says", "Run the case again");
+  }
+
+  const io::Hdf5File& file_;
+  std::string group_;
+  fs::path path_;
+  std::optional<std::size_t> rows_;
+};
+
+std::vector<StoredCheck> read_checks(const io::Hdf5File& file, const fs::path& path) {
+  Columns columns(file, "/checks", path);
+  std::vector<StoredCheck> checks(columns.texts("metric").size());
+  for (const auto& [name, member] : {std::pair{"metric", &StoredCheck::metric},
+                                     {"kind", &StoredCheck::kind},
+                                     {"statement", &StoredCheck::statement},
+                                     {"verdict", &StoredCheck::verdict},
+                                     {"holds", &StoredCheck::holds},
+                                     {"reason", &StoredCheck::reason},
+                                     {"tolerance_text", &StoredCheck::tolerance_text},
+                                     {"reference", &StoredCheck::reference},
+                                     {"target_kind", &StoredCheck::target_kind},
+                                     {"source", &StoredCheck::source},
+                                     {"claim", &StoredCheck::claim}}) {
+    const std::vector<std::string> values = columns.texts(name);
+    for (std::size_t i = 0; i < checks.size(); ++i) checks[i].*member = values[i];
+  }
+  for (const auto& [name, member] : {std::pair{"measured", &StoredCheck::measured},
+                                     {"target", &StoredCheck::target},
+                                     {"tolerance", &StoredCheck::tolerance},
+                                     {"error", &StoredCheck::error},
+                                     {"margin", &StoredCheck::margin}}) {
+    const std::vector<double> values = columns.numbers(name);
+    for (std::size_t i = 0; i < checks.size(); ++i) checks[i].*member = values[i];
+  }
+  return checks;
+}
+
+std::vector<observe::Metric> read_metrics(const io::Hdf5File& file, const fs::path& path) {
+  Columns columns(file, "/metrics", path);
+  const std::vector<std::string> names = columns.texts("name"), dimensions = columns.texts("dimension"),
+                                 meanings = columns.texts("meaning");
+  const std::vector<double> values = columns.numbers("value");
+  std::vector<observe::Metric> metrics;
+  for (std::size_t i = 0; i < columns.rows(); ++i) {
+    metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
+  }
+  return metrics;
+}
+
+std::vector<observe::Metric> read_work(const io::Hdf5File& file, const fs::path& path) {
+  std::vector<observe::Metric> work;
+  for (const work::Field& field : work::fields) {
+    work.push_back({std::string("work.") + field.name, static_cast<double>(file.integer("/work", field.name)),
+                    "1", field.meaning});
+  }
+  Columns parts(file, "/parts", path);
+  const std::vector<std::string> names = parts.texts("part");
+  const std::vector<double> count = parts.numbers("count");
+  for (std::size_t i = 0; i < names.size(); ++i) work.push_back({"built." + names[i], count[i], "1", ""});
+  return work;
+}
+
+std::vector<StoredPart> read_plan(const io::Hdf5File& file, const fs::path& path) {
+  std::vector<StoredPart> plan;
+  Columns built(file, "/plan/built", path);
+  const std::vector<std::string> modules = built.texts("module"), what = built.texts("what");
+  const std::vector<double> bytes = built.numbers("memory_bytes");
+  for (std::size_t i = 0; i < modules.size(); ++i) {
+    plan.push_back({modules[i], fmt::format("{} ({} bytes)", what[i], bytes[i]), true});
+  }
+  Columns left_out(file, "/plan/left_out", path);
+  const std::vector<std::string> absent = left_out.texts("module"), why = left_out.texts("why");
+  for (std::size_t i = 0; i < absent.size(); ++i) plan.push_back({absent[i], why[i], false});
+  return plan;
+}
+
+}  // namespace
+
+StoredResult read_result(const fs::path& path) {
+  const io::Hdf5File file(path);
+  if (file.integer("/", "schema") != 2) {
+    throw InputError({path.string()}, fmt::format("is of schema {}", file.integer("/", "schema")),
+                     "this program reads schema 2", "Run the case again");
+  }
+  StoredResult r{};
+  r.file = path;
+  for (const auto& [name, member] : {std::pair{"id", &StoredResult::id},
+                                     {"case_id", &StoredResult::case_id},
+                                     {"variant", &StoredResult::variant},
+                                     {"title", &StoredResult::title},
+                                     {"equation", &StoredResult::equation},
+                                     {"driver", &StoredResult::driver},
+                                     {"tier", &StoredResult::tier},
+                                     {"verdict", &StoredResult::verdict},
+                                     {"outcome", &StoredResult::outcome}}) {
+    r.*member = file.attribute("/", name);
+  }
+  if (r.verdict == "error") {
+    r.error_kind = file.attribute("/", "error_kind");
+    r.error_message = file.attribute("/", "error_message");
+  }
+  r.findings = file.integer("/", "findings");
+  r.topics = file.attribute_texts("/", "topics");
+  r.warnings = file.attribute_texts("/", "warnings");
+  r.overrides = file.attribute_texts("/case", "overrides");
+  r.case_text = file.texts("/case").front();
+  r.plan = read_plan(file, path);
+  for (const std::string& name : file.names("/records")) r.records.push_back(read_record(file, name));
+  r.metrics = read_metrics(file, path);
+  r.work = read_work(file, path);
+  r.checks = read_checks(file, path);
+  for (const std::string& id : file.names("/references")) {
+    const std::string group = "/references/" + id;
+    r.references.push_back({id, file.attribute(group, "kind"), file.attribute(group, "source"),
+                            file.attribute(group, "sha256")});
+  }
+  for (const auto& [name, member] : {std::pair{"program", &StoredResult::program},
+                                     {"compiler", &StoredResult::compiler},
+                                     {"flags", &StoredResult::flags},
+                                     {"build_type", &StoredResult::build_type},
+                                     {"machine", &StoredResult::machine},
+                                     {"date", &StoredResult::date}}) {
+    r.*member = file.attribute("/provenance", name);
+  }
+  r.threads = file.integer("/provenance", "threads");
+  const auto sum = [&](const char* column) {
+    const std::vector<double> values = file.numbers(fmt::format("/timing/{}", column));
+    return std::accumulate(values.begin(), values.end(), 0.0);
+  };
+  r.wall_seconds = sum("wall_seconds");
+  r.cpu_seconds = sum("cpu_seconds");
+  r.repeats = file.numbers("/repeats/wall_seconds");
+  return r;
+}
+
+std::vector<fs::path> result_files(const fs::path& folder) {
+  std::error_code unknown;
+  if (!fs::is_directory(folder, unknown)) {
+    throw InputError({folder.string()}, "no folder of results",
+                     fs::exists(folder, unknown) ? "it is a file" : "it does not exist",
+                     "Name the folder that veriflex run or verify wrote to with --out");
+  }
+  std::vector<fs::path> files;
+  for (const fs::directory_entry& entry : fs::directory_iterator(folder)) {
+    const bool hidden = entry.path().filename().string().starts_with('.');
+    if (entry.path().extension() == ".h5" && !hidden) files.push_back(entry.path());
+  }
+  std::sort(files.begin(), files.end());
+  return files;
+}
+
+}  // namespace veriflex::engine
