@@ -229,6 +229,7 @@ void add_case_commands(CLI::App& app, int& exit_code) {
   add_case_names(*job, *options);
   add_settings(*job, *options);
   add_run_options(*job, *options);
+  add_case_folder(*job, *options);
   job->add_flag("--resume", options->resume, "as of run");
   job->add_flag("--brief", options->brief, "without tables");
   job->callback([options, &exit_code] {

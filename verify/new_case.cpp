@@ -7,6 +7,7 @@
 #include <map>
 #include <optional>
 #include <sstream>
+#include <tuple>
 #include <vector>
 
 #include "base/error.hpp"
@@ -125,21 +126,25 @@ std::map<std::string, std::string> meanings(const fs::path& page) {
 
 struct Template {
   std::vector<Block> blocks;
+  std::ptrdiff_t tier;  // as engine::tiers() has them
   bool has_study;
   std::size_t size;
+
+  auto order() const { return std::tuple(tier, has_study, size); }
 };
 
 Template template_for(const std::string& driver, const fs::path& folder) {
   std::optional<Template> best;
   for (const engine::CaseHead& head : engine::find_cases(folder)) {
-    if (!head.problem.empty() || head.driver != driver || head.tier != "quick") continue;
+    if (!head.problem.empty() || head.driver != driver) continue;
     const std::string text = io::read_file(head.path);
-    Template one{blocks_of(text), false, text.size()};
+    const auto tier = std::find(engine::tiers().begin(), engine::tiers().end(), head.tier);
+    Template one{blocks_of(text), tier - engine::tiers().begin(), false, text.size()};
     for (const Block& block : one.blocks) one.has_study = one.has_study || is_study(block.top());
-    if (!best || std::pair(one.has_study, one.size) < std::pair(best->has_study, best->size)) best = one;
+    if (!best || one.order() < best->order()) best = one;
   }
   if (best) return *best;
-  throw InputError({folder.string()}, fmt::format("holds no quick case of driver '{}'", driver),
+  throw InputError({folder.string()}, fmt::format("holds no case of driver '{}'", driver),
                    "a new case is made of one", "See veriflex list");
 }
 

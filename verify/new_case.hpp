@@ -6,9 +6,9 @@
 
 namespace veriflex {
 
-/// A case of the driver, called `id`, that validates and runs: the shortest quick one of the folder without
-/// its study, its references and all but its first check, with the meaning of each key from the folder's
-/// README.md. Throws InputError when the folder has no quick case of that driver.
+/// A case of the driver, called `id`, that validates and runs: the shortest of the folder, a quick one if
+/// there is one, without its study, its references and all but its first check, with the meaning of each key
+/// from the folder's README.md. Throws InputError when the folder has no case of that driver.
 std::string new_case(const std::string& driver, const std::string& id, const std::filesystem::path& folder);
 
 }  // namespace veriflex
