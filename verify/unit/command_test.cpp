@@ -83,7 +83,8 @@ double energy_of(const Folder& folder, const std::vector<std::string>& settings)
   const Ran ran = folder.run(words);
   INFO(ran.err);
   REQUIRE(ran.code == 0);
-  for (const json& metric : json::parse(ran.out)[0]["metrics"]) {
+  const json said = json::parse(ran.out);
+  for (const json& metric : said[0]["metrics"]) {
     if (metric["name"] == "energies.fluid_kinetic.last") return metric["value"];
   }
   FAIL("no energy");
@@ -313,7 +314,8 @@ TEST_CASE("units prints a scene's numbers in both systems") {
   INFO(ran.err);
   REQUIRE(ran.code == 0);
   double reynolds = 0.0;
-  for (const json& q : json::parse(ran.out)["quantities"]) {
+  const json said = json::parse(ran.out);
+  for (const json& q : said["quantities"]) {
     if (q["name"] == "viscosity") {
       CHECK(q["physical"].get<double>() == Approx(1e-4).epsilon(1e-13));
       CHECK(q["unit"] == "m^2/s");
