@@ -79,7 +79,7 @@ Seen compared(const Folder& folder, const std::string& text) {
       measures::read_peer(io::parse_document(text, (folder.path() / "case.toml").string()));
   Progress progress("test");
   engine::Cost cost;
-  Seen seen;
+  Seen seen{engine::begin(study), {}};
   study.run(seen.observations, progress, cost);
   seen.warnings = progress.warnings();
   return seen;

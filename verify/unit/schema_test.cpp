@@ -156,7 +156,9 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
   std::vector<fs::path> sources;
   for (const fs::directory_entry& subject : fs::directory_iterator(root / "verify" / "measures")) {
     if (!subject.is_directory()) continue;
-    for (const fs::path& source : files(subject.path(), ".cpp")) sources.push_back(source);
+    for (const fs::path& source : files(subject.path(), ".cpp")) {
+      if (source.stem() != "scene_checkpoint") sources.push_back(source);  // reads no case
+    }
   }
   for (const fs::path& study : files(root / "verify" / "studies", ".cpp")) sources.push_back(study);
   sources.push_back(root / "verify" / "engine" / "asked.cpp");
