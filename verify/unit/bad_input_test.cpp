@@ -288,7 +288,7 @@ const std::vector<Line> lines{
     {"unknown command", {"rum", "bad.toml"}, input, "Did you mean 'run'?"},
     {"unknown option", {"run", "bad.toml", "--treads", "2"}, input, "Did you mean '--threads'?"},
     {"option without value", {"run", "bad.toml", "--out"}, input, "command line: "},
-    {"no case", {"run"}, input, "command line: case is required"},
+    {"no case", {"run"}, input, "no case is named"},
     {"text for a number of threads", {"run", "bad.toml", "--threads", "two"}, input, "command line: "},
     {"no threads", {"run", "bad.toml", "--threads", "0"}, input, "command line: "},
     {"unknown tier", {"verify", "--tier", "quik"}, input, "command line: --tier"},
