@@ -264,7 +264,7 @@ engine::Study read_crossflow(const io::Table& top) {
       top, {.law = material.law,
             .solid = solid,
             .method = fmt::format("leap-frog, {} sub-steps, first sections clamped", study.substeps),
-            .by = {parts::Kind::LeapFrog, parts::Kind::Constraints},
+            .by = {parts::Kind::LeapFrog, parts::Kind::Constraints, parts::Kind::Statics},
             .fluid = study.fluid,
             .coupling = study.coupling});
   check(study, top.table("fluid").place("nodes"));
