@@ -381,7 +381,8 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
   if (!options.junit.empty()) {
     code = exit_code::first_of(code, attempted([&] { write_junit(options.junit, some_of(junit)); }));
   }
-  if (cases.size() > 1) {
+  std::error_code none;  // where no case was found there is no folder
+  if (cases.size() > 1 && fs::is_directory(options.out, none)) {
     code = exit_code::first_of(code, attempted([&] { write_results_json(options.out, options.out); }));
   }
   return code;
