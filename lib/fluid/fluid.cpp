@@ -18,36 +18,9 @@ std::array<bool, 3> closed(const Spec& spec) {
   return {spec.walls[0].has_value(), spec.walls[1].has_value(), spec.walls[2].has_value()};
 }
 
-bool is_open(const Spec& spec) {
-  for (const auto& walls : spec.walls) {
-    for (std::size_t end = 0; walls && end < 2; ++end) {
-      if (!std::holds_alternative<std::monostate>(walls->openings[end])) return true;
-    }
-  }
-  return false;
-}
-
 double Inflow::risen(std::int64_t steps) const {
   const double t = static_cast<double>(steps);
   return t < rise ? 0.5 - 0.5 * std::cos(std::numbers::pi * t / rise) : 1.0;
-}
-
-Vec3 force_on_obstacle(const Fluid& fluid) {
-  const Spec& spec = fluid.spec();
-  const std::vector<Shore> shores = shores_of(spec, inside_of(spec));
-  std::vector<std::int64_t> nodes;
-  for (const Shore& shore : shores) nodes.push_back(shore.node);
-  std::vector<Populations> h(nodes.size());
-  fluid.populations(nodes, h);
-  Vec3 force = Vec3::Zero();
-  for (std::size_t i = 0; i < shores.size(); ++i) {
-    for (int q = 1; q < Q; ++q) {
-      if ((shores[i].cut >> q & 1U) == 0) continue;
-      const auto& v = c[static_cast<std::size_t>(q)];
-      force += 2.0 * h[i][static_cast<std::size_t>(opposite(q))] * Vec3(v[0], v[1], v[2]);
-    }
-  }
-  return force;
 }
 
 Populations equilibrium(double rho, const Vec3& u) {

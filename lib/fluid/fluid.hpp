@@ -33,9 +33,8 @@ struct Inflow {
   double risen(std::int64_t steps) const;
 };
 
-/// Fluid that leaves at an end of an axis, at a given density: half-way anti-bounce-back with the velocity
-/// and
-/// the shear of the node beside it. [ginzburg-2008]
+/// Fluid that leaves at an end of an axis, at a given density: anti-bounce-back with the velocity of the
+/// node beside it and the shear of the next one inwards. [ginzburg-2008]
 struct Outflow {
   double density = 1.0;  // [M L^-3]
 };
@@ -77,9 +76,6 @@ Representation representation_of(const Spec& spec);
 
 /// Axes with walls or openings at their ends.
 std::array<bool, 3> closed(const Spec& spec);
-
-/// Whether fluid enters or leaves anywhere.
-bool is_open(const Spec& spec);
 
 /// The deviations f - w of one node.
 using Populations = std::array<double, Q>;
@@ -172,11 +168,6 @@ class Fluid {
  private:
   std::vector<parts::Built> parts_;
 };
-
-/// Force of the fluid on its obstacle in the last step, from what its surface turned back, less the pressure
-/// of
-/// fluid at rest. [ladd-1994]  [M L T^-2]
-Vec3 force_on_obstacle(const Fluid& fluid);
 
 /// Memory of the populations or moments  [bytes].
 double memory_bytes(const Spec& spec);

@@ -197,4 +197,20 @@ std::vector<Shore> shores_of(const Spec& spec, const std::vector<bool>& is_obsta
   return shores;
 }
 
+Vec3 force_on_obstacle(const Fluid& fluid, std::span<const Shore> shores) {
+  std::vector<std::int64_t> nodes;
+  for (const Shore& shore : shores) nodes.push_back(shore.node);
+  std::vector<Populations> h(nodes.size());
+  fluid.populations(nodes, h);
+  Vec3 force = Vec3::Zero();
+  for (std::size_t i = 0; i < shores.size(); ++i) {
+    for (int q = 1; q < Q; ++q) {
+      if ((shores[i].cut >> q & 1U) == 0) continue;
+      const auto& v = c[static_cast<std::size_t>(q)];
+      force += 2.0 * h[i][static_cast<std::size_t>(opposite(q))] * Vec3(v[0], v[1], v[2]);
+    }
+  }
+  return force;
+}
+
 }  // namespace veriflex::fluid

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "fluid/fluid.hpp"
@@ -70,6 +71,7 @@ struct Outlet {
   std::int64_t node, inner;  // and the next one inwards, or the node itself
   unsigned out;
   double density;
+  Populations returned{};  // beside minus the populations that left along each c(q), in the last step
 };
 
 /// All nodes beside an outflow, outside of the obstacle, in their order.
@@ -84,6 +86,17 @@ std::vector<Outlet> outlets_of(const Spec& spec, const std::vector<bool>& is_obs
 Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside,
                         double relaxation_time);
 
+/// What all outlets return in the step to come. `arriving(node)` may still ask for what they returned in the
+/// last one.
+template <class Arriving>
+void prepare(std::vector<Outlet>& outlets, const Arriving& arriving, double relaxation_time) {
+  std::vector<Populations> returned;
+  for (const Outlet& outlet : outlets) {
+    returned.push_back(returned_at(outlet, arriving(outlet.node), arriving(outlet.inner), relaxation_time));
+  }
+  for (std::size_t i = 0; i < outlets.size(); ++i) outlets[i].returned = returned[i];
+}
+
 /// A fluid node beside the obstacle; bit q of `cut`: the link along c(q) leads into it.
 struct Shore {
   std::int64_t node;
@@ -92,5 +105,9 @@ struct Shore {
 
 /// All of them, in their order.
 std::vector<Shore> shores_of(const Spec& spec, const std::vector<bool>& is_obstacle);
+
+/// Force of the fluid on its obstacle in the last step, from what its `shores` turned back, less the pressure
+/// of fluid at rest. [ladd-1994]  [M L T^-2]
+Vec3 force_on_obstacle(const Fluid& fluid, std::span<const Shore> shores);
 
 }  // namespace veriflex::fluid

@@ -59,13 +59,11 @@ class MomentFluid final : public Fluid {
     is_obstacle_ = inside_of(spec_);
     shores_ = shores_of(spec_, is_obstacle_);
     outlets_ = outlets_of(spec_, is_obstacle_);
-    returned_.resize(outlets_.size());
-    next_returned_.resize(outlets_.size());
     leave_node(lattice_, {}, leaving_obstacle_);
     provide_scratch();
     stop_if_asked("fluid step", 0);
     tell_parts({.nodes = moment_bytes(spec_),
-                .walls = parts::array_bytes(gains_, outlets_, returned_, next_returned_),
+                .walls = parts::array_bytes(gains_, outlets_),
                 .obstacle = parts::array_bytes(is_obstacle_, shores_)});
   }
 
@@ -108,12 +106,8 @@ class MomentFluid final : public Fluid {
     work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
                     2 * 4 * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
     provide_scratch();
-    for (std::size_t i = 0; i < outlets_.size(); ++i) {
-      const Outlet& outlet = outlets_[i];
-      next_returned_[i] =
-          returned_at(outlet, arriving(outlet.node), arriving(outlet.inner), spec_.relaxation_time);
-    }
-    returned_.swap(next_returned_);
+    prepare(
+        outlets_, [this](std::int64_t node) { return arriving(node); }, spec_.relaxation_time);
     given_.reset();
     given_part_ = {};
     lattice_.from = copy(present_);
@@ -126,7 +120,7 @@ class MomentFluid final : public Fluid {
     ++steps_;
     for (const Gain& gain : gains_) add(gain.node, gain.q, gained(gain));
     add(forces);
-    for (std::size_t i = 0; i < outlets_.size(); ++i) let_out(i);
+    for (const Outlet& outlet : outlets_) let_out(outlet);
     for (const std::int64_t node : spec_.obstacle) {
       for (std::size_t k = 0; k < 4; ++k) present(node)[stride(k)] = Real(0);
     }
@@ -181,10 +175,10 @@ class MomentFluid final : public Fluid {
   }
 
   auto moments_of_rows() const {
-    return [this](std::int64_t y, std::int64_t z, RowMoments& row) {
-      const auto nx = static_cast<std::size_t>(lattice_.nx), lanes = static_cast<std::size_t>(lattice_.lanes);
+    const auto nx = static_cast<std::size_t>(lattice_.nx), lanes = static_cast<std::size_t>(lattice_.lanes);
+    return [this, nx, lanes, sums = std::vector<double>(4 * nx)](std::int64_t y, std::int64_t z,
+                                                                 RowMoments& row) mutable {
       const Real* const M = copy(present_) + 4 * lattice_.nx * (y + lattice_.ny * z);
-      std::vector<double> sums(4 * nx);
       for (std::size_t i = 0; i < 4 * nx; ++i) sums[i] = static_cast<double>(M[i]) / moment_scale;
       for (std::size_t x = 0; x < nx; ++x) {
         const double* const at = sums.data() + place_[x];
@@ -276,11 +270,11 @@ class MomentFluid final : public Fluid {
   }
 
   /// A wall has turned back what leaves across an outflow.
-  void let_out(std::size_t i) {
-    const std::int64_t node = outlets_[i].node;
+  void let_out(const Outlet& outlet) {
     for (int q = 1; q < Q; ++q) {
-      if ((outlets_[i].out >> q & 1U) == 0) continue;
-      add(node, opposite(q), returned_[i][static_cast<std::size_t>(q)] - 2.0 * left(node, q));
+      if ((outlet.out >> q & 1U) == 0) continue;
+      add(outlet.node, opposite(q),
+          outlet.returned[static_cast<std::size_t>(q)] - 2.0 * left(outlet.node, q));
     }
   }
 
@@ -324,10 +318,9 @@ class MomentFluid final : public Fluid {
     const auto outlet = std::lower_bound(outlets_.begin(), outlets_.end(), node,
                                          [](const Outlet& a, std::int64_t b) { return a.node < b; });
     if (outlet == outlets_.end() || outlet->node != node) return h;
-    const Populations& returned = returned_[static_cast<std::size_t>(outlet - outlets_.begin())];
     for (int q = 1; q < Q; ++q) {
       double& back = h[static_cast<std::size_t>(opposite(q))];
-      if ((outlet->out >> q & 1U) != 0) back = returned[static_cast<std::size_t>(q)] - back;
+      if ((outlet->out >> q & 1U) != 0) back = outlet->returned[static_cast<std::size_t>(q)] - back;
     }
     return h;
   }
@@ -411,8 +404,7 @@ class MomentFluid final : public Fluid {
   Real leaving_obstacle_[Q];
   std::vector<Gain> gains_;
   std::vector<Outlet> outlets_;
-  std::vector<Populations> returned_, next_returned_;  // of each, in the last step and the one to come
-  std::vector<Push> pushes_;                           // of the last step, in the order of the nodes
+  std::vector<Push> pushes_;  // of the last step, in the order of the nodes
 };
 
 }  // namespace

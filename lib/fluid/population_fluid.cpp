@@ -49,15 +49,13 @@ class PopulationFluid final : public Fluid {
     gains_ = gains_of(spec_);
     is_obstacle_ = inside_of(spec_);
     outlets_ = outlets_of(spec_, is_obstacle_);
-    returned_.resize(outlets_.size());
-    next_returned_.resize(outlets_.size());
     for (const CutLink& link : links_of(spec_, is_obstacle_)) {
       links_.push_back({slot(opposite(link.q), link.node) - base(), slot(link.q, link.beyond) - base()});
     }
     start([](std::int64_t) { return Populations{}; });
     const auto ends = static_cast<double>(end_bytes(spec_));
     tell_parts({.nodes = population_bytes(spec_) - ends,
-                .walls = ends + parts::array_bytes(gains_, outlets_, returned_, next_returned_),
+                .walls = ends + parts::array_bytes(gains_, outlets_),
                 .obstacle = parts::array_bytes(is_obstacle_, links_)});
   }
 
@@ -77,12 +75,8 @@ class PopulationFluid final : public Fluid {
     stop_if_asked("fluid step", steps_ + 1);
     work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
                     2 * Q * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
-    for (std::size_t i = 0; i < outlets_.size(); ++i) {
-      const Outlet& outlet = outlets_[i];
-      next_returned_[i] =
-          returned_at(outlet, arriving(outlet.node), arriving(outlet.inner), spec_.relaxation_time);
-    }
-    returned_.swap(next_returned_);
+    prepare(
+        outlets_, [this](std::int64_t node) { return arriving(node); }, spec_.relaxation_time);
     sweep(lattice_, odd());
     stop_if_asked("fluid step", steps_ + 1);  // a sweep that saw it is not whole
     add(forces);
@@ -97,7 +91,7 @@ class PopulationFluid final : public Fluid {
       const double risen = gain.inflow != nullptr ? gain.inflow->risen(steps_) : 1.0;
       *arriving(gain.q, gain.node) += static_cast<Real>(risen * gain.value);
     }
-    for (std::size_t i = 0; i < outlets_.size(); ++i) let_out(i);
+    for (const Outlet& outlet : outlets_) let_out(outlet);
   }
 
   void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
@@ -222,11 +216,12 @@ class PopulationFluid final : public Fluid {
 
   /// Added up in the order of density_deviation() and momentum().
   auto moments_of_rows() const {
-    return [this](std::int64_t y, std::int64_t z, RowMoments& row) {
-      const auto nx = static_cast<std::size_t>(lattice_.nx);
-      std::vector<double> h(nx), back(nx), sums(4 * nx);
+    const auto nx = static_cast<std::size_t>(lattice_.nx);
+    return [this, nx, h = std::vector<double>(nx), back = std::vector<double>(nx),
+            sums = std::vector<double>(4 * nx)](std::int64_t y, std::int64_t z, RowMoments& row) mutable {
       double* const density = sums.data();
       arriving_row(0, y, z, h);
+      std::fill(sums.begin(), sums.end(), 0.0);
       std::copy(h.begin(), h.end(), density);
       for (int q = 1; q < Q; q += 2) {
         arriving_row(q, y, z, h);
@@ -247,11 +242,11 @@ class PopulationFluid final : public Fluid {
   }
 
   /// A wall has turned back what leaves across an outflow.
-  void let_out(std::size_t i) {
+  void let_out(const Outlet& outlet) {
     for (int q = 1; q < Q; ++q) {
-      if ((outlets_[i].out >> q & 1U) == 0) continue;
-      Real& h = *arriving(opposite(q), outlets_[i].node);
-      h = static_cast<Real>(returned_[i][static_cast<std::size_t>(q)]) - h;
+      if ((outlet.out >> q & 1U) == 0) continue;
+      Real& h = *arriving(opposite(q), outlet.node);
+      h = static_cast<Real>(outlet.returned[static_cast<std::size_t>(q)]) - h;
     }
   }
 
@@ -281,7 +276,6 @@ class PopulationFluid final : public Fluid {
   std::vector<SlotPair> links_;
   std::vector<Gain> gains_;
   std::vector<Outlet> outlets_;
-  std::vector<Populations> returned_, next_returned_;  // of each, in the last step and the one to come
 };
 
 }  // namespace

@@ -30,14 +30,15 @@ struct RowMoments {
   std::array<std::vector<double>, 3> momentum;  // sum f c  [M L^-1 T^-2]
 };
 
-/// `read(y, z, row)` fills in the moments of a row; called by several threads. Nodes that are `inside(node)`
-/// are left out. The last bits of the sums do not depend on the number of threads.
-template <class Read, class Inside>
-Totals totals_of(const Grid& grid, std::int64_t steps, const Read& read, const Inside& inside) {
+/// `reader(y, z, row)` fills in the moments of a row; each plane has a copy of its own. Nodes that are
+/// `inside(node)` are left out. The last bits of the sums do not depend on the number of threads.
+template <class Reader, class Inside>
+Totals totals_of(const Grid& grid, std::int64_t steps, const Reader& reader, const Inside& inside) {
   std::vector<Totals> planes(static_cast<std::size_t>(grid.size[2]), Totals{0.0, Vec3::Zero(), Vec3::Zero()});
 #pragma omp parallel for schedule(static) if (grid.count() >= worth_threads)
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
     Totals& sum = planes[static_cast<std::size_t>(z)];
+    Reader read = reader;
     RowMoments row(grid.size[0]);
     for (std::int64_t y = 0; y < grid.size[1]; ++y) {
       read(y, z, row);
@@ -97,12 +98,13 @@ inline bool may_be_worse(const RowMoments& row, const Extremes& worst) {
 }
 
 /// As above.
-template <class Read, class Inside>
-Extremes extremes_of(const Grid& grid, const Read& read, const Inside& inside) {
+template <class Reader, class Inside>
+Extremes extremes_of(const Grid& grid, const Reader& reader, const Inside& inside) {
   std::vector<Extremes> planes(static_cast<std::size_t>(grid.size[2]));
 #pragma omp parallel for schedule(static) if (grid.count() >= worth_threads)
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
     Extremes worst{INFINITY, grid.index(0, 0, z), 0.0, grid.index(0, 0, z)};
+    Reader read = reader;
     RowMoments row(grid.size[0]);
     for (std::int64_t y = 0; y < grid.size[1]; ++y) {
       read(y, z, row);

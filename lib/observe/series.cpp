@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "base/reduce.hpp"
+#include "fluid/links.hpp"
 
 namespace veriflex::observe {
 
@@ -147,6 +148,8 @@ Series forces(const scene::Scene& scene) {
     add_vector(series.columns, body.name + "_support", force, "of what holds or drives it");
     supported = true;
   }
+  std::vector<fluid::Shore> shores;
+  if (scene.fluid) shores = fluid::shores_of(*scene.fluid, fluid::inside_of(*scene.fluid));
   const bool obstacle = scene.fluid && !scene.fluid->obstacle.empty();
   if (obstacle) add_vector(series.columns, "obstacle_fluid", force, "of the fluid on its obstacle");
   // Momentum of each body before the last step, then after it.
@@ -161,7 +164,7 @@ Series forces(const scene::Scene& scene) {
       for (std::size_t i = 0; i < simulation.body_count(); ++i) add(*moments, simulation.body(i).momentum());
     };
   }
-  series.row = [moments, is_supported, obstacle](const Simulation& simulation) {
+  series.row = [moments, is_supported, obstacle, shores](const Simulation& simulation) {
     std::vector<double> row;
     const std::size_t bodies = simulation.body_count();
     for (std::size_t i = 0; i < bodies; ++i) {
@@ -178,7 +181,7 @@ Series forces(const scene::Scene& scene) {
         support -= body.solid().conditions().load.colwise().sum().transpose();
       add(row, support);
     }
-    if (obstacle) add(row, fluid::force_on_obstacle(simulation.fluid()));
+    if (obstacle) add(row, fluid::force_on_obstacle(simulation.fluid(), shores));
     return row;
   };
   return series;
