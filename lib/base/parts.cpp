@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/memory.hpp"
-#include "base/parts_aside.hpp"
 
 namespace veriflex::parts {
 

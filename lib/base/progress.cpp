@@ -7,7 +7,6 @@
 #include <cstdio>
 #include <utility>
 
-#include "base/progress_lead.hpp"
 #include "base/say.hpp"
 
 namespace veriflex {

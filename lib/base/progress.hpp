@@ -35,4 +35,7 @@ class Progress {
   Clock::time_point last_;  // last line written
 };
 
+/// Every Progress line begins with these words from now on.
+void lead_progress_with(const std::string& words);
+
 }  // namespace veriflex

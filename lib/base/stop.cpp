@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include "base/stop_held.hpp"
-
 namespace veriflex::stop {
 
 std::atomic<int> signal = 0;

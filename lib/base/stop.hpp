@@ -50,6 +50,16 @@ class Handlers {
   std::array<struct sigaction, 3> earlier_{};
 };
 
+/// While it lives a signal does not yet ask for a stop: it does when this ends. A second one kills all the
+/// same. For a step whose state must come out whole; one at a time.
+class Held {
+ public:
+  Held();
+  ~Held();
+  Held(const Held&) = delete;
+  Held& operator=(const Held&) = delete;
+};
+
 }  // namespace stop
 
 /// Throws Stopped when a signal has asked for it: "interrupted by SIGTERM at <what> <number>".

@@ -11,11 +11,9 @@ Tally* first = nullptr;
 Counts gone;  // of threads that have ended
 
 void add_to(Counts& sum, const Tally& tally) {
-  sum.node_updates += tally.node_updates.load(std::memory_order_relaxed);
-  sum.bond_evaluations += tally.bond_evaluations.load(std::memory_order_relaxed);
-  sum.angle_evaluations += tally.angle_evaluations.load(std::memory_order_relaxed);
-  sum.marker_interpolations += tally.marker_interpolations.load(std::memory_order_relaxed);
-  sum.bytes_moved += tally.bytes_moved.load(std::memory_order_relaxed);
+  for (const Field& field : fields) {
+    sum.*field.count += (tally.*field.tally).load(std::memory_order_relaxed);
+  }
 }
 
 }  // namespace

@@ -17,22 +17,6 @@ struct Counts {
 };
 Counts done();
 
-/// The counts by name, for whoever stores, reads or adds them up.
-struct Field {
-  const char* name;
-  const char* meaning;
-  std::uint64_t Counts::*count;
-};
-inline constexpr std::array fields{
-    Field{"node_updates", "lattice nodes collided and streamed, over all steps", &Counts::node_updates},
-    Field{"bond_evaluations", "gradients of bonds", &Counts::bond_evaluations},
-    Field{"angle_evaluations", "gradients of angles", &Counts::angle_evaluations},
-    Field{"marker_interpolations", "velocities interpolated at markers; as many forces are spread",
-          &Counts::marker_interpolations},
-    Field{"bytes_moved", "least traffic of these: a node's state in and out, positions in and gradients out",
-          &Counts::bytes_moved},
-};
-
 /// What one thread has done. Only that thread writes, so that counting costs no more than an addition; the
 /// list of all tallies is theirs, so that nothing is allocated.
 struct Tally {
@@ -45,6 +29,24 @@ struct Tally {
   ~Tally();
   Tally(const Tally&) = delete;
   Tally& operator=(const Tally&) = delete;
+};
+
+/// The counts by name, for whoever stores, reads or adds them up.
+struct Field {
+  const char* name;
+  const char* meaning;
+  std::uint64_t Counts::*count;
+  std::atomic<std::uint64_t> Tally::*tally;
+};
+inline constexpr std::array fields{
+    Field{"node_updates", "lattice nodes collided and streamed, over all steps", &Counts::node_updates,
+          &Tally::node_updates},
+    Field{"bond_evaluations", "gradients of bonds", &Counts::bond_evaluations, &Tally::bond_evaluations},
+    Field{"angle_evaluations", "gradients of angles", &Counts::angle_evaluations, &Tally::angle_evaluations},
+    Field{"marker_interpolations", "velocities interpolated at markers; as many forces are spread",
+          &Counts::marker_interpolations, &Tally::marker_interpolations},
+    Field{"bytes_moved", "least traffic of these: a node's state in and out, positions in and gradients out",
+          &Counts::bytes_moved, &Tally::bytes_moved},
 };
 
 inline Tally& mine() {

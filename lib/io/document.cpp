@@ -12,8 +12,6 @@
 #include <sstream>
 #include <string_view>
 
-#include "io/synonyms.hpp"
-
 namespace veriflex::io {
 
 namespace {
@@ -592,11 +590,6 @@ Table parse_document(const std::string& text, const std::string& file,
   top->table = document.get();
   top->file = file;
   return Table(top);
-}
-
-Table parse_document(const std::string& text, const std::string& file,
-                     const std::vector<std::string>& overrides) {
-  return parse_document(text, file, overrides, {});
 }
 
 }  // namespace veriflex::io

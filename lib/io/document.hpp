@@ -4,9 +4,11 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "base/error.hpp"
@@ -93,12 +95,17 @@ class Table {
 std::string toml_text(const std::string& text);
 std::string toml_text(double number);
 
+/// The key that `word` stands for in the tables called `table`, wherever they stand; empty where it is no
+/// other name of a key. What is in the document under such a name is read under that key.
+using Synonyms = std::function<std::string_view(std::string_view table, std::string_view word)>;
+
 /// The document in `text`, after applying `overrides` of the form `dotted.key=value` (a TOML value; a bare
 /// word is taken as text). `[[name]]` entries are addressed as `name.0`; the number after the last adds one.
 /// An override of a key or table that the document lacks adds it, and a reader that does not know it will
 /// object. One without value, `key=`, removes the key or table. Entries of a list are
-/// addressed by their number, `nodes.2=32`. Throws InputError.
+/// addressed by their number, `nodes.2=32`. `synonyms` hold in the text, in `overrides` and in
+/// Table::shown(). Throws InputError, also where a key stands under two names, with both places.
 Table parse_document(const std::string& text, const std::string& file,
-                     const std::vector<std::string>& overrides = {});
+                     const std::vector<std::string>& overrides = {}, const Synonyms& synonyms = {});
 
 }  // namespace veriflex::io

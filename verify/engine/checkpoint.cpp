@@ -67,17 +67,11 @@ void Checkpoints::resumed(std::int64_t step, Cost& cost) {
   const auto earlier = [&](const char* name) {
     return earlier_->numbers(fmt::format("/so_far/{}", name)).front();
   };
-  const auto go_on = [&](std::atomic<std::uint64_t>& mine, std::uint64_t work::Counts::*count,
-                         const char* name) {
-    const auto then = static_cast<std::uint64_t>(earlier_->integer("/so_far", name));
-    work::add(mine, then - (now.*count - before_.*count));  // modulo 2^64, as tallies add up
-  };
-  work::Tally& mine = work::mine();
-  go_on(mine.node_updates, &work::Counts::node_updates, "node_updates");
-  go_on(mine.bond_evaluations, &work::Counts::bond_evaluations, "bond_evaluations");
-  go_on(mine.angle_evaluations, &work::Counts::angle_evaluations, "angle_evaluations");
-  go_on(mine.marker_interpolations, &work::Counts::marker_interpolations, "marker_interpolations");
-  go_on(mine.bytes_moved, &work::Counts::bytes_moved, "bytes_moved");
+  for (const work::Field& field : work::fields) {
+    const auto then = static_cast<std::uint64_t>(earlier_->integer("/so_far", field.name));
+    // Modulo 2^64, as tallies add up.
+    work::add(work::mine().*field.tally, then - (now.*field.count - before_.*field.count));
+  }
   wall_before_ = earlier("wall_seconds");
   cpu_before_ = earlier("cpu_seconds");
   cost.add({fmt::format("until step {}, before it was resumed", step), wall_before_, cpu_before_});

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "bond/laws.hpp"
-#include "io/synonyms.hpp"
 
 namespace veriflex::engine {
 

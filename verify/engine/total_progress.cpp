@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "base/progress_lead.hpp"
+#include "base/progress.hpp"
 #include "base/say.hpp"
 
 namespace veriflex::engine {

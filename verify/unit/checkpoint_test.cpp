@@ -5,9 +5,8 @@
 #include <csignal>
 #include <map>
 
-#include "base/parts_aside.hpp"
+#include "base/parts.hpp"
 #include "base/stop.hpp"
-#include "base/stop_held.hpp"
 #include "catch.hpp"
 #include "engine/result.hpp"
 #include "io/file.hpp"

@@ -10,7 +10,6 @@
 
 #include "base/error.hpp"
 #include "base/stop.hpp"
-#include "base/stop_held.hpp"
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
 #include "engine/checkpoint.hpp"

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/parts_aside.hpp"
+#include "base/parts.hpp"
 #include "measures/scene/scene.hpp"
 
 // A running scene in a file, and out of it. Positions stand there by columns: all x, all y, all z.
