@@ -32,16 +32,12 @@ struct Asked {
 };
 
 std::vector<engine::StoredResult> read_all(const std::string& folder, int& code) {
-  std::vector<engine::StoredResult> results;
-  for (const fs::path& file : engine::result_files(folder)) {
-    try {
-      results.push_back(engine::read_result(file));
-    } catch (const InputError& error) {
-      complain("{}", error.what());
-      code = exit_code::input;
-    }
+  engine::StoredRun run = engine::read_results(engine::result_files(folder));
+  for (const std::string& message : run.unreadable) {
+    complain("{}", message);
+    code = exit_code::input;
   }
-  return results;
+  return std::move(run.results);
 }
 
 std::vector<fs::path> documents(const fs::path& folder) {

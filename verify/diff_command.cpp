@@ -34,14 +34,10 @@ std::vector<StoredResult> read_side(const std::string& where, DiffSide& side) {
   side.where = where;
   std::error_code unknown;
   const bool is_file = fs::is_regular_file(where, unknown);
-  std::vector<StoredResult> results;
-  for (const fs::path& file : is_file ? std::vector<fs::path>{where} : engine::result_files(where)) {
-    try {
-      results.push_back(engine::read_result(file));
-    } catch (const InputError& error) {
-      side.unreadable.emplace_back(error.what());
-    }
-  }
+  engine::StoredRun run =
+      engine::read_results(is_file ? std::vector<fs::path>{where} : engine::result_files(where));
+  std::vector<StoredResult> results = std::move(run.results);
+  side.unreadable = std::move(run.unreadable);
   for (const StoredResult& r : results) {
     const std::string maker =
         fmt::format("program {:.20}, {}, {} threads, {}", r.program, r.compiler, r.threads, r.machine);

@@ -1,7 +1,6 @@
 #include "run_jobs.hpp"
 
 #include <fmt/format.h>
-#include <poll.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -98,16 +97,12 @@ class Jobs {
 
   // Until a case ends, or until it is time to look whether all are to stop.
   void wait_for_one() {
-    std::vector<pollfd> handles;
-    for (const auto& [i, one] : running_) handles.push_back({one.child.handle(), POLLIN, 0});
-    poll(handles.data(), handles.size(), 200);
-    if (stop::asked() && !asked_to_stop_) {
-      for (const auto& [i, one] : running_) one.child.ask_to_stop();
-      asked_to_stop_ = true;
-    }
+    std::vector<const engine::Child*> children;
+    for (const auto& [i, one] : running_) children.push_back(&one.child);
     std::size_t k = 0;
+    const std::vector<bool> ended = engine::wait_for_any(children, asked_to_stop_);
     for (auto at = running_.begin(); at != running_.end(); ++k) {
-      if ((handles[k].revents & POLLIN) == 0) {
+      if (!ended[k]) {
         ++at;
         continue;
       }

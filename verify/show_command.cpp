@@ -12,6 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/say.hpp"
+#include "engine/result.hpp"
 #include "io/hdf5.hpp"
 #include "observe/record.hpp"
 #include "run_cases.hpp"
@@ -47,32 +48,12 @@ fs::path result_named(const ShowOptions& o) {
       near.empty() ? "Run the case first, or give another --out" : fmt::format("Did you mean '{}'?", near));
 }
 
-// A table of the file: a record, or one of those that every result has, whose columns have no dimension.
-Record table(const io::Hdf5File& file, const std::string& name) {
-  const bool is_record = name.starts_with("records/");
-  Record all{is_record ? name.substr(8) : name, is_record ? file.attribute("/" + name, "title") : "", {}};
-  for (const std::string& column : file.attribute_texts("/" + name, "columns")) {
-    const std::string path = fmt::format("/{}/{}", name, column);
-    Column& one = all.columns.emplace_back(Column{column, "", "", "", {}});
-    if (is_record) {
-      one.symbol = file.attribute(path, "symbol");
-      one.dimension = file.attribute(path, "dimension");
-      one.meaning = file.attribute(path, "meaning");
-    }
-    if (file.holds_texts(path)) {
-      one.texts = file.texts(path);
-    } else {
-      one.values = file.numbers(path);
-    }
-  }
-  return all;
-}
-
 Record table_named(const io::Hdf5File& file, const std::string& name, const fs::path& path) {
   std::vector<std::string> known = file.names("/records");
-  if (std::find(known.begin(), known.end(), name) != known.end()) return table(file, "records/" + name);
+  if (std::find(known.begin(), known.end(), name) != known.end()) return engine::read_record(file, name);
   const std::vector<std::string> always{"checks", "metrics", "timing", "parts"};
-  if (std::find(always.begin(), always.end(), name) != always.end()) return table(file, name);
+  if (std::find(always.begin(), always.end(), name) != always.end())
+    return engine::read_table(file, "/" + name);
   known.insert(known.end(), always.begin(), always.end());
   const std::string near = nearest_name(name, known);
   throw InputError({path.string()}, fmt::format("has no record '{}'", name),
@@ -180,12 +161,12 @@ Json rows_json(const Record& record) {
 }
 
 void show_all(const io::Hdf5File& file, bool json) {
-  const Record checks = table(file, "checks"), metrics = table(file, "metrics");
+  const Record checks = engine::read_table(file, "/checks"), metrics = engine::read_table(file, "/metrics");
   const std::vector<std::string> names = file.names("/records");
   if (json) {
     Json records = Json::array();
     for (const std::string& name : names) {
-      const Record record = table(file, "records/" + name);
+      const Record record = engine::read_record(file, name);
       Json columns = Json::array();
       for (const Column& c : record.columns)
         columns.push_back({{"name", c.name}, {"dimension", c.dimension}, {"meaning", c.meaning}});
@@ -229,7 +210,7 @@ void show_all(const io::Hdf5File& file, bool json) {
   if (!names.empty()) say("records\n");
   lines.clear();
   for (const std::string& name : names) {
-    const Record record = table(file, "records/" + name);
+    const Record record = engine::read_record(file, name);
     lines.push_back({name, fmt::format("{} x {}", rows_of(record), record.columns.size()), record.title});
   }
   print_aligned(lines);

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <poll.h>
 #include <spawn.h>
 #include <sys/mman.h>
 #include <sys/syscall.h>
@@ -13,6 +14,7 @@
 #include <cstring>
 
 #include "base/error.hpp"
+#include "base/stop.hpp"
 
 namespace veriflex::engine {
 
@@ -68,6 +70,20 @@ int Child::wait() {
   while (waitpid(pid_, &status, 0) < 0 && errno == EINTR) continue;
   ended_ = true;
   return status;
+}
+
+std::vector<bool> wait_for_any(const std::vector<const Child*>& children, bool& asked_to_stop) {
+  constexpr int look_again = 200;  // [ms]
+  std::vector<pollfd> handles;
+  for (const Child* child : children) handles.push_back({child->handle(), POLLIN, 0});
+  poll(handles.data(), handles.size(), look_again);
+  if (stop::asked() && !asked_to_stop) {
+    for (const Child* child : children) child->ask_to_stop();
+    asked_to_stop = true;
+  }
+  std::vector<bool> ended;
+  for (const pollfd& handle : handles) ended.push_back((handle.revents & POLLIN) != 0);
+  return ended;
 }
 
 namespace {

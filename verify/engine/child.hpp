@@ -38,6 +38,10 @@ class Child {
   bool ended_ = false;
 };
 
+/// Waits until one of the children ends, or until it is time to look again; where this program is asked to
+/// stop it asks them to, once (`asked_to_stop` remembers). Returns which have ended, one entry per child.
+std::vector<bool> wait_for_any(const std::vector<const Child*>& children, bool& asked_to_stop);
+
 /// A file in memory.
 class FileInMemory {
  public:

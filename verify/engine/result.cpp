@@ -442,19 +442,26 @@ Result not_run(const std::filesystem::path& path, const std::vector<std::string>
           .cost = {}};
 }
 
-observe::Record read_record(const io::Hdf5File& file, const std::string& name) {
-  const std::string group = "/records/" + name;
-  observe::Record record{name, file.attribute(group, "title"), {}};
+observe::Record read_table(const io::Hdf5File& file, const std::string& group) {
+  const auto said = [&](const std::string& path, const std::string& name) {
+    return file.has_attribute(path, name) ? file.attribute(path, name) : std::string();
+  };
+  observe::Record table{group.substr(group.rfind('/') + 1), said(group, "title"), {}};
   for (const std::string& column : file.attribute_texts(group, "columns")) {
     const std::string path = group + "/" + column;
-    record.columns.push_back({column, "", file.attribute(path, "dimension"), "", {}});
+    table.columns.push_back(
+        {column, said(path, "symbol"), said(path, "dimension"), said(path, "meaning"), {}});
     if (file.holds_texts(path)) {
-      record.columns.back().texts = file.texts(path);
+      table.columns.back().texts = file.texts(path);
     } else {
-      record.columns.back().values = file.numbers(path);
+      table.columns.back().values = file.numbers(path);
     }
   }
-  return record;
+  return table;
+}
+
+observe::Record read_record(const io::Hdf5File& file, const std::string& name) {
+  return read_table(file, "/records/" + name);
 }
 
 std::filesystem::path result_path(const Case& c, const std::filesystem::path& folder) {

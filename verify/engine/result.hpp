@@ -67,8 +67,11 @@ Result run_case(const Case& c, int threads, int repeats = 0, Checkpoints* checkp
 Result not_run(const std::filesystem::path& path, const std::vector<std::string>& overrides,
                const Failure& failure, int threads);
 
-/// A record of a result file, with its columns' names, dimensions and values. Throws InputError when the file
-/// has none of that name.
+/// A table of a result file ("/checks"), with what it says of its columns and their values. Throws InputError
+/// when the file has none there.
+observe::Record read_table(const io::Hdf5File& file, const std::string& group);
+
+/// The record of that name.
 observe::Record read_record(const io::Hdf5File& file, const std::string& name);
 
 /// `<folder>/<name>.h5`.

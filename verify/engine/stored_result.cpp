@@ -167,6 +167,18 @@ StoredResult read_result(const fs::path& path) {
   return r;
 }
 
+StoredRun read_results(const std::vector<fs::path>& files) {
+  StoredRun run;
+  for (const fs::path& file : files) {
+    try {
+      run.results.push_back(read_result(file));
+    } catch (const InputError& error) {
+      run.unreadable.emplace_back(error.what());
+    }
+  }
+  return run;
+}
+
 std::vector<fs::path> result_files(const fs::path& folder) {
   std::error_code unknown;
   if (!fs::is_directory(folder, unknown)) {

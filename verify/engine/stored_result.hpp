@@ -49,6 +49,13 @@ struct StoredResult {
 /// Throws InputError for a file that is no result of this schema.
 StoredResult read_result(const std::filesystem::path& file);
 
+/// Results that can be read, and what is wrong with the others.
+struct StoredRun {
+  std::vector<StoredResult> results;
+  std::vector<std::string> unreadable;
+};
+StoredRun read_results(const std::vector<std::filesystem::path>& files);
+
 /// All `*.h5` of a folder that are not hidden, sorted. Throws InputError when it is no folder.
 std::vector<std::filesystem::path> result_files(const std::filesystem::path& folder);
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <poll.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -158,16 +157,12 @@ class Runner {
 
   // Until a child ends, or until it is time to look whether the study is to stop.
   void wait_for_one() {
-    std::vector<pollfd> handles;
-    for (const auto& [i, child] : running_) handles.push_back({child.handle(), POLLIN, 0});
-    poll(handles.data(), handles.size(), 200);
-    if (stop::asked() && !asked_to_stop_) {
-      for (const auto& [i, child] : running_) child.ask_to_stop();
-      asked_to_stop_ = true;
-    }
+    std::vector<const engine::Child*> children;
+    for (const auto& [i, child] : running_) children.push_back(&child);
     std::size_t k = 0;
+    const std::vector<bool> ended = engine::wait_for_any(children, asked_to_stop_);
     for (auto at = running_.begin(); at != running_.end(); ++k) {
-      if ((handles[k].revents & POLLIN) == 0) {
+      if (!ended[k]) {
         ++at;
         continue;
       }
