@@ -73,10 +73,17 @@ void plan_command(const Options& options) {
     }
     Json offered = Json::array();
     if (c.study.offers) {
+      const std::map<std::string, double> moved = moved_by_offers(c.id, options);
       for (const scene::Offer& offer : c.study.offers()) {
-        offered.push_back({{"what", offer.what}, {"saves", offer.saves}, {"setting", offer.setting}});
-        if (!options.json)
-          say("  offered   {:<12} saves {} (--set '{}')\n", offer.what, offer.saves, offer.setting);
+        const auto seen = moved.find(offer.what);
+        const Json moves = seen == moved.end() ? Json(nullptr) : Json(seen->second);
+        offered.push_back(
+            {{"what", offer.what}, {"saves", offer.saves}, {"setting", offer.setting}, {"moves", moves}});
+        if (options.json) continue;
+        say("  offered   {:<12} saves {} (--set '{}')\n", offer.what, offer.saves, offer.setting);
+        if (seen != moved.end())
+          say("            {:<12} moves the metrics by {:.2g} at most, as an ablation here has seen\n", "",
+              seen->second);
       }
       if (!options.json && !offered.empty())
         say("  what the offers cost in accuracy: veriflex ablate {} --offered; which box is enough: veriflex "

@@ -2,7 +2,9 @@
 
 #include <numeric>
 
+#include "base/error.hpp"
 #include "engine/rates.hpp"
+#include "engine/result.hpp"
 #include "io/hdf5.hpp"
 #include "run_cases.hpp"
 #include "threads.hpp"
@@ -48,6 +50,27 @@ std::vector<std::optional<double>> expected_seconds(const std::vector<std::strin
     }
   }
   return all;
+}
+
+std::map<std::string, double> moved_by_offers(const std::string& id, const Options& options) {
+  std::map<std::string, double> moved;
+  std::error_code none;
+  for (const fs::directory_entry& entry : fs::directory_iterator(options.out, none)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(id) || entry.path().extension() != ".h5") continue;
+    try {
+      const io::Hdf5File file(entry.path());
+      if (file.attribute("/", "case_id") != id) continue;
+      const observe::Record record = engine::read_record(file, "ablate");
+      const std::vector<std::string>& variant = record.find("variant")->texts;
+      const observe::Column* origin = record.find("origin");
+      const observe::Column* change = record.find("moved");
+      for (std::size_t i = 0; origin != nullptr && change != nullptr && i < variant.size(); ++i)
+        if (origin->texts[i] == "offered") moved[variant[i]] = change->values[i];
+    } catch (const InputError&) {  // a damaged result, or one of another form, says nothing
+    }
+  }
+  return moved;
 }
 
 }  // namespace veriflex

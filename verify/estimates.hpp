@@ -1,6 +1,7 @@
-/// How long cases will take.
+/// What cases will take, and what their offers were seen to cost.
 #pragma once
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -17,5 +18,9 @@ std::optional<double> estimated_seconds(const engine::Case& c, int threads);
 /// Of each case what it took when its result in options.out was made, else what its plan estimates  [s].
 std::vector<std::optional<double>> expected_seconds(const std::vector<std::string>& names,
                                                     const Options& options);
+
+/// By how much each offer of a case moved its metrics, at most and over the largest of their kind, in the
+/// ablations of it whose results stand in options.out.
+std::map<std::string, double> moved_by_offers(const std::string& id, const Options& options);
 
 }  // namespace veriflex

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/IterativeLinearSolvers>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,26 +12,16 @@
 #include "base/reduce.hpp"
 #include "base/stop.hpp"
 #include "solid/dof_map.hpp"
+#include "solid/force_scale.hpp"
 #include "solid/inadmissible.hpp"
+#include "solid/newton.hpp"
 
 namespace veriflex::solid {
 
 namespace {
 
-constexpr double wanted_residual = 1e-12;
 constexpr int max_iterations = 200;
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
-// The force that a residual is measured against: the largest tension, or what a strain of 1e-3 would give.
-// (Below that strain the rounding of a bond's length alone exceeds 1e-12 of its tension.)
-template <bond::BondLaw Law>
-double force_scale(const Law& law, const Workspace& work) {
-  double scale = 0.0;
-  for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
-    const double r = work.d.row(b).norm();
-    scale = worse(scale, worse(std::abs(law.tension(r)), 1e-3 * law.stiffness(r) * r));
-  }
-  return scale;
-}
 
 // Whether no bond, anywhere on the straight way from its vector in `work` over `step`, comes nearer to a
 // limit of the law than a twentieth of its present distance. The way counts, not its end: a node must not
@@ -61,10 +52,18 @@ struct State {
   Eigen::VectorXd g;   // out-of-balance force on the free coordinates, negative
 };
 
+// Close enough for a step that another follows.
+Eigen::VectorXd conjugate_gradient_step(const Eigen::SparseMatrix<double>& h, const Eigen::VectorXd& g) {
+  Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower> iteration(h);
+  iteration.setTolerance(1e-3);
+  iteration.setMaxIterations(20 * h.rows());
+  return iteration.solve(-g);
+}
+
 template <bond::BondLaw Law, class AngleTerm>
 Equilibrium solve(const Material& material, const Law& law, const AngleTerm& angle, const Network& network,
                   const Positions& start, const FixedDofs& held, const Positions& load,
-                  const Inertia& inertia) {
+                  const Inertia& inertia, LinearSolver solver, double wanted_residual) {
   const bool is_static = inertia.stiffness == 0.0;
   const DofMap dofs(held);
   // Evaluates the state at u; false where the energy does not exist.
@@ -115,7 +114,7 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
                       iteration),
           FailureMode::NotFinite);
     }
-    if (dofs.count > 0) {
+    if (dofs.count > 0 && solver == LinearSolver::Factor) {
       if (iteration == 0) factor.analyzePattern(h);
       factorize_stable(factor, h, iteration);
     }
@@ -134,8 +133,13 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
       }
       return {now.u, reaction, iteration, largest_magnitude(now.g) / force};
     }
-    const Eigen::VectorXd step = factor.solve(-now.g);
+    const Eigen::VectorXd step =
+        solver == LinearSolver::Factor ? factor.solve(-now.g) : conjugate_gradient_step(h, now.g);
     const double slope = step.dot(now.g);
+    if (!(slope < 0.0)) {
+      throw NumericalFailure(fmt::format("unstable: Newton step {} would go uphill", iteration),
+                             FailureMode::Equilibrium);
+    }
     for (double scale = 1.0;; scale *= 0.5) {
       if (scale < 1e-12) {
         throw NumericalFailure(
@@ -159,11 +163,17 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
 
 }  // namespace
 
-Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
-                        const FixedDofs& held, const Positions& load, const Inertia& inertia) {
+Equilibrium newton(LinearSolver solver, const Material& material, const Network& network, const Positions& u,
+                   const FixedDofs& held, const Positions& load, const Inertia& inertia, double residual) {
   return visit(material, [&](const auto& law, const auto& angle) {
-    return solve(material, law, angle, network, u, held, load, inertia);
+    return solve(material, law, angle, network, u, held, load, inertia, solver, residual);
   });
+}
+
+Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
+                        const FixedDofs& held, const Positions& load, const Inertia& inertia,
+                        double residual) {
+  return newton(LinearSolver::Factor, material, network, u, held, load, inertia, residual);
 }
 
 void refuse_turned_bonds(const Network& network, const Positions& u) {

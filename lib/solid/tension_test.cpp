@@ -4,8 +4,6 @@
 #include <cmath>
 #include <numbers>
 
-#include "solid/statics.hpp"
-
 namespace veriflex::solid {
 
 namespace {
@@ -33,7 +31,8 @@ FixedDofs holds(const Block& block, bool lateral_held) {
 
 }  // namespace
 
-Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_held, double strain) {
+Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_held, double strain,
+                      const Statics& how) {
   const Network network = cubic_lattice(block);
   const std::int64_t section = block.nodes[0] * block.nodes[1];
   FixedDofs held = holds(block, lateral_held);
@@ -53,18 +52,19 @@ Pulled pull_to_strain(const bond::AnyLaw& law, const Block& block, bool lateral_
         strain * (z + unevenness * length / std::numbers::pi * std::sin(std::numbers::pi * z / length));
   }
   u.col(z_axis).tail(section).setConstant(strain * length);
-  const Equilibrium e = equilibrium({law, 0.0}, network, u, held, Positions::Zero(u.rows(), 3));
+  const Equilibrium e = relax(how, {law, 0.0}, network, u, held, Positions::Zero(u.rows(), 3));
   refuse_turned_bonds(network, e.u);
   return {strain, e.reaction.col(z_axis).tail(section).sum() / block.section(), e.iterations, e.residual};
 }
 
-Pulled pull_with_stress(const bond::AnyLaw& law, const Block& block, bool lateral_held, double stress) {
+Pulled pull_with_stress(const bond::AnyLaw& law, const Block& block, bool lateral_held, double stress,
+                        const Statics& how) {
   const Network network = cubic_lattice(block);
   const std::int64_t section = block.nodes[0] * block.nodes[1];
   Positions load = Positions::Zero(network.node_count(), 3);
   load.col(z_axis).tail(section).setConstant(stress * block.spacing * block.spacing);
   const Equilibrium e =
-      equilibrium({law, 0.0}, network, Positions::Zero(load.rows(), 3), holds(block, lateral_held), load);
+      relax(how, {law, 0.0}, network, Positions::Zero(load.rows(), 3), holds(block, lateral_held), load);
   refuse_turned_bonds(network, e.u);
   return {e.u.col(z_axis).tail(section).mean() / block.length(), stress, e.iterations, e.residual};
 }

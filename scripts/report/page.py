@@ -195,6 +195,8 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         figures=figures_by_file,
         answers=answers,
         never_worth=tried(studies.never_worth, results_read, []),
+        cheapest_ranges=tried(studies.cheapest_ranges, results_read, []),
+        slopes=tried(studies.slopes, results_read, []),
         cost_growth=growth,
         cost_prices=tried(cost.prices, results_read, []),
         cost_outlook=tried(cost.outlook, results_read, []),

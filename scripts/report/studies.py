@@ -2,12 +2,13 @@
 
 import os
 import re
+import tomllib
 
 import numpy as np
 from matplotlib.lines import Line2D
 
 from report.drawing import MARK, NARROW, TALL, Figure, canvas, column_label, drawable, inline_svg, label_points, legend_above, markers
-from report.text import raised
+from report.text import numeral, raised
 
 MANY_METRICS, MANY_LINES = 4, 8  # panels of a figure, curves of a panel
 WORDS_OF_ERRORS = ("error", "departure", "deviation", "difference")
@@ -223,14 +224,26 @@ def front(result, record):
         )
     panel.set_xlabel(price_label(price))
     panel.set_ylabel(column_label(error))
-    legend_above(panel, handles)
     caption = "What accuracy costs: every setting of the sweep, and those that no other beats in both."
-    if best.sum() > 2:
-        slope = np.polyfit(np.log(price.values[best]), np.log(error.values[best]), 1)[0]
-        caption += f" Along the front the error falls with the power {slope:.2f} of the price."
+    measured, expected = slope_of(result, record)
+    if measured is not None:
+        caption += f" Along the front the error falls with the power {measured:.2f} of the price."
+    if expected is not None:
+        x = price.values[best]
+        handles += panel.plot(x, error.values[best][-1] * (x / x[-1]) ** expected, ":", color="#555555", label=f"power {expected:.3g}, by theory")
+    legend_above(panel, handles)
     if price.name == "wall_seconds":
         caption += " Times are medians, bars reach from the fastest to the slowest repeat."
     return Figure(caption, inline_svg(drawing, caption, hints))
+
+
+def slope_of(result, record):
+    """With which power of its price the error falls along a front: measured by least squares over three points or more, and what the case expects."""
+    error, price = list(record.columns.values())[-2:]
+    best = (error.values > 0) & (price.values > 0)
+    measured = float(np.polyfit(np.log(price.values[best]), np.log(error.values[best]), 1)[0]) if best.sum() > 2 else None
+    expected = tomllib.loads(result.case_text).get("sweep", {}).get("expected_slope")
+    return measured, expected if best.sum() > 1 else None
 
 
 def price_label(price):
@@ -333,6 +346,32 @@ def answers(results, wanted=(1e-2, 1e-3, 1e-4)):
                 }
             )
     return rows
+
+
+def slopes(results):
+    """Rows (result, measured, expected) of the powers with which errors fall along the fronts."""
+    rows = [(result, *slope_of(result, record)) for result, record in families(results)]
+    return [{"result": result, "measured": measured, "expected": expected} for result, measured, expected in rows if measured is not None]
+
+
+def cheapest_ranges(results):
+    """Rows (result, axis, settings): for which errors each value of an axis is the cheapest, of axes on which that changes."""
+    rows = []
+    for result, record in families(results):
+        table = result.records.get(record.name.replace("_front", "_settings"))
+        if table is None:
+            continue
+        for axis in dict.fromkeys(table["axis"]):
+            at = [row for row in np.flatnonzero(table["axis"] == axis) if np.isfinite(table["cheapest_from"][row])]
+            at.sort(key=lambda row: -table["cheapest_from"][row])
+            if len(at) > 1:
+                parts = [f"{table['value'][row]} {between(table['cheapest_from'][row], table['cheapest_below'][row])}" for row in at]
+                rows.append({"result": result, "axis": axis, "settings": "; ".join(parts)})
+    return rows
+
+
+def between(low, high):
+    return f"from {numeral(low, 2)} up" if np.isinf(high) else f"from {numeral(low, 2)} to {numeral(high, 2)}"
 
 
 def never_worth(results):

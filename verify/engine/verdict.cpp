@@ -9,46 +9,47 @@
 
 namespace veriflex::engine {
 
-namespace {
-
-// The largest error of a curve over the reference's points, each relative to max(|reference|, floor).
-// Every point of the reference must have been measured at exactly its x.
-double max_curve_error(const Check& check, const Reference& reference, const observe::Observations& seen) {
+double max_curve_error(const Curve& curve, double floor, const Reference& reference,
+                       const observe::Observations& seen) {
+  const std::string measure = curve.record + "." + curve.y;
   const auto column = [&](const std::string& name) -> const std::vector<double>& {
     return std::find_if(reference.columns.begin(), reference.columns.end(),
                         [&](const io::CsvColumn& c) { return c.name == name; })
         ->values;
   };
-  const observe::Record* record = seen.record(check.curve->record);
-  const observe::Column* x = record == nullptr ? nullptr : record->find(check.curve->x);
-  const observe::Column* y = record == nullptr ? nullptr : record->find(check.curve->y);
+  const observe::Record* record = seen.record(curve.record);
+  const observe::Column* x = record == nullptr ? nullptr : record->find(curve.x);
+  const observe::Column* y = record == nullptr ? nullptr : record->find(curve.y);
   if (x == nullptr || y == nullptr) {
-    throw NumericalFailure(fmt::format("the run recorded no {} against {}", check.measure, check.curve->x));
+    throw NumericalFailure(fmt::format("the run recorded no {} against {}", measure, curve.x));
   }
-  const std::vector<double>& x_wanted = column(check.curve->x);
-  const std::vector<double>& y_wanted = column(check.curve->y);
+  const std::vector<double>& x_wanted = column(curve.x);
+  const std::vector<double>& y_wanted = column(curve.y);
   double largest = 0.0;
   for (std::size_t i = 0; i < x_wanted.size(); ++i) {
     const auto at = std::find(x->values.begin(), x->values.end(), x_wanted[i]);
     if (at == x->values.end()) {
       throw NumericalFailure(
-          fmt::format("the run did not measure {} at {} = {}, where reference '{}' has a point",
-                      check.measure, check.curve->x, x_wanted[i], reference.id));
+          fmt::format("the run did not measure {} at {} = {}, where reference '{}' has a point", measure,
+                      curve.x, x_wanted[i], reference.id));
     }
     if (std::find(at + 1, x->values.end(), x_wanted[i]) != x->values.end()) {
       throw NumericalFailure(
-          fmt::format("the run measured {} more than once at {} = {}: the curve is not one", check.measure,
-                      check.curve->x, x_wanted[i]));
+          fmt::format("the run measured {} more than once at {} = {}: the curve is not one", measure, curve.x,
+                      x_wanted[i]));
     }
     const double measured = y->values[static_cast<std::size_t>(at - x->values.begin())];
-    const double scale = std::max(std::abs(y_wanted[i]), check.tolerance.floor);
+    const double scale = std::max(std::abs(y_wanted[i]), floor);
     largest = worse(largest, relative_to(measured - y_wanted[i], scale));
   }
   return largest;
 }
 
+namespace {
+
 double measure(const Check& check, const Case& c, const observe::Observations& seen) {
-  if (check.curve) return max_curve_error(check, c.references[*check.reference], seen);
+  if (check.curve)
+    return max_curve_error(*check.curve, check.tolerance.floor, c.references[*check.reference], seen);
   const observe::Metric* metric = seen.metric(check.measure);
   if (metric == nullptr)
     throw NumericalFailure(fmt::format("the run yields no '{}' for this scene", check.measure));

@@ -29,6 +29,11 @@ struct Outcome {
   Verdict verdict;
 };
 
+/// The largest error of a curve over the reference's points, each over max(|reference|, floor). Throws
+/// NumericalFailure unless every point of the reference was measured once at exactly its x.
+double max_curve_error(const Curve& curve, double floor, const Reference& reference,
+                       const observe::Observations& seen);
+
 /// Judges one check of the case. Throws NumericalFailure when the observations lack what it asks for or hold
 /// a NaN there.
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen);

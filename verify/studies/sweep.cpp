@@ -9,6 +9,8 @@
 
 #include "base/error.hpp"
 #include "engine/convergence.hpp"
+#include "engine/verdict.hpp"
+#include "repository.hpp"
 #include "studies/front.hpp"
 #include "studies/grid.hpp"
 #include "studies/numbers.hpp"
@@ -65,19 +67,48 @@ Record orders_along(std::size_t axis, const std::vector<Axis>& axes, const Recor
   return record;
 }
 
+// An error of rows that no metric is: how far a curve lies from a reference's.
+struct CurveError {
+  engine::Curve curve;
+  double floor;  // errors are never relative to less
+  engine::Reference reference;
+};
+
 struct Sweep {
   Base base;
   std::vector<Axis> axes;
   Timing timing;
-  std::string error;    // metric whose price is asked for; may be empty
+  std::string error;  // metric whose price is asked for, or
+  std::optional<CurveError> curve_error;
   bool against_finest;  // its error is its distance from its value in the last row, relative
   std::string work;     // count that is the price
   Questions questions;
   Workspace workspace;
 };
 
+// Of each row that came to its end.
+Column curve_errors(const Sweep& sweep, const std::vector<Row>& rows) {
+  const CurveError& of = *sweep.curve_error;
+  Column error{"error",
+               "",
+               "1",
+               fmt::format("largest distance of {}.{} from {}, over max(its magnitude, {})", of.curve.record,
+                           of.curve.y, of.reference.id, of.floor),
+               {}};
+  for (const Row& row : rows) {
+    Observations seen;
+    if (row.outcome == "completed")
+      seen.records = records_of(sweep.base, row, sweep.workspace, sweep.timing.timed);
+    error.values.push_back(row.outcome == "completed"
+                               ? engine::max_curve_error(of.curve, of.floor, of.reference, seen)
+                               : not_a_number);
+  }
+  return error;
+}
+
 // Of each row.
-Column errors_of(const Sweep& sweep, const Record& table) {
+Column errors_of(const Sweep& sweep, const Record& table, const std::vector<Row>& rows) {
+  if (sweep.curve_error) return curve_errors(sweep, rows);
   const Column* metric = table.find(sweep.error);
   if (metric == nullptr) {
     throw NumericalFailure(
@@ -103,11 +134,12 @@ Column errors_of(const Sweep& sweep, const Record& table) {
 }
 
 // What the error costs in work and, where the rows are timed, in seconds.
-std::vector<Record> fronts_of(const Sweep& sweep, const std::vector<Cell>& grid, Record& table,
-                              const Record& cost) {
+std::vector<Record> fronts_of(const Sweep& sweep, const std::vector<Cell>& grid, const std::vector<Row>& rows,
+                              Record& table, const Record& cost) {
   std::vector<Record> fronts;
-  const Column error = errors_of(sweep, table);
-  if (sweep.against_finest) table.columns.insert(table.columns.end() - 1, error);  // before the message
+  const Column error = errors_of(sweep, table, rows);
+  if (table.find(error.name) == nullptr)
+    table.columns.insert(table.columns.end() - 1, error);  // before the message
   const auto add = [&](const std::string& name, const Column& work) {
     PricedGrid priced{sweep.axes, grid, {}, error, work};
     for (std::size_t i = 0; i < grid.size(); ++i)
@@ -139,7 +171,8 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
       table_of("sweep", fmt::format("{} over {}", sweep.base.id, in_words(sweep.axes)), leading, rows);
   const Record costs = cost_table("sweep", sweep.timing, leading, rows);
   std::vector<Record> fronts;
-  if (!sweep.error.empty() && sweep.workspace.shards == 1) fronts = fronts_of(sweep, grid, table, costs);
+  const bool has_error = !sweep.error.empty() || sweep.curve_error;
+  if (has_error && sweep.workspace.shards == 1) fronts = fronts_of(sweep, grid, rows, table, costs);
   seen.open("sweep") = table;
   for (std::size_t a = 0; a < sweep.axes.size(); ++a) {
     if (sweep.workspace.shards > 1 || spacings(sweep.axes[a].numbers).empty()) continue;
@@ -164,6 +197,34 @@ void run(const Sweep& sweep, Observations& seen, Progress& progress, engine::Cos
   sweep.questions.answer(table, seen);
 }
 
+std::optional<CurveError> read_curve_error(const io::Table& sweep,
+                                           const std::vector<observe::Metric>& measured) {
+  if (!sweep.has("curve_error")) return std::nullopt;
+  if (sweep.has("error"))
+    sweep.fail("curve_error", "both error and curve_error", "a sweep has one error", "Keep one");
+  const io::Table t = sweep.table("curve_error");
+  CurveError of{{t.text("record"), t.text("x"), t.text("y")}, t.number("floor"), {}};
+  const std::vector<std::string> names = engine::names_of(measured);
+  for (const std::string& column : {of.curve.x, of.curve.y}) {
+    const std::string name = of.curve.record + "." + column;
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      t.fail("record", fmt::format("no run of this case records '{}'", name), "it is to be compared",
+             "See veriflex plan for what is measured");
+  }
+  if (!(of.floor >= 0.0)) t.fail("floor", "it is negative", "errors are relative to it", "Use 0");
+  const std::filesystem::path beside = std::filesystem::path(sweep.place().file).parent_path();
+  of.reference =
+      engine::find_reference(t.text("reference"), beside, repository::references(), t.place("reference"));
+  for (const std::string& column : {of.curve.x, of.curve.y}) {
+    if (std::none_of(of.reference.columns.begin(), of.reference.columns.end(),
+                     [&](const io::CsvColumn& has) { return has.name == column; })) {
+      t.fail("reference", fmt::format("reference '{}' has no column '{}'", of.reference.id, column),
+             "a curve is compared column by column of the same name", "Look at its data file");
+    }
+  }
+  return of;
+}
+
 }  // namespace
 
 engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& checks, const Base& base,
@@ -173,6 +234,10 @@ engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& c
     table.fail("axes", "there are none", "a sweep changes at least one key",
                "Write for example axes = [{ key = \"fluid.relaxation_time\", values = [0.6, 1.0] }]");
   }
+  // For the reader of the report only, who finds it in the case.
+  if (table.has("expected_slope") && !(table.number("expected_slope") < 0.0))
+    table.fail("expected_slope", "it is not negative", "errors fall with their price",
+               "Write for example -0.5");
   const std::vector<observe::Metric> measured = engine::measured(measure);
   std::vector<std::string> counted;
   for (const work::Field& field : work::fields) counted.emplace_back(field.name);
@@ -181,6 +246,7 @@ engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& c
       .axes = axes,
       .timing = read_timing(table),
       .error = table.has("error") ? table.choice("error", engine::names_of(measured)) : "",
+      .curve_error = read_curve_error(table, measured),
       .against_finest = table.has("reference") && table.choice("reference", {"finest"}) == "finest",
       .work = table.has("work") ? table.choice("work", counted) : "bytes_moved",
       .questions = read_questions(checks, "sweep", columns_of(axes), measured),

@@ -277,6 +277,36 @@ TEST_CASE("A sweep that is asked for an error has its front, and timed rows have
              ContainsSubstring("young_modulus"));
 }
 
+TEST_CASE("The error of a row may be that of a curve against a reference") {
+  const Folder folder;
+  const std::string points = "strain,stress\n0.01,0.0026\n0.02,0.0052\n";
+  folder.write("springs.csv", points);
+  folder.write("springs.toml",
+               "schema = 1\nid = \"springs\"\nkind = \"analytic\"\nsource = \"E = k/r0\"\n"
+               "obtained = \"by hand\"\n[data]\nfile = \"springs.csv\"\nsha256 = \"" +
+                   io::sha256(points) + "\"\n");
+  const auto swept = [&](const std::string& curve) {
+    folder.write("bar.toml",
+                 std::string(scene) +
+                     "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [0.13, -1, 0.26] }]\n"
+                     "curve_error = { record = \"stress_strain\", x = \"strain\", " +
+                     curve + " }\n");
+    return ran(folder, "run bar.toml --set 'tensile.strains=[0.01, 0.02]' --json --out out");
+  };
+  const Ran good = swept("y = \"stress\", reference = \"springs\", floor = 0.0");
+  REQUIRE(good.code == 0);
+  const io::Hdf5File file(folder.path() / Json::parse(good.out)[0]["result"].get<std::string>());
+  const std::vector<double> error = file.numbers("/records/sweep/error");
+  CHECK(error[0] == Approx(0.5));
+  CHECK(std::isnan(error[1]));  // a row that no run made
+  CHECK(error[2] < 1e-9);
+  CHECK_THAT(swept("y = \"pull\", reference = \"springs\", floor = 0.0").err,
+             ContainsSubstring("no run of this case records 'stress_strain.pull'"));
+  CHECK_THAT(swept("y = \"residual\", reference = \"springs\", floor = 0.0").err,
+             ContainsSubstring("has no column 'residual'"));
+  CHECK_THAT(swept("y = \"stress\", reference = \"sprongs\", floor = 0.0").err, ContainsSubstring("sprongs"));
+}
+
 TEST_CASE("A sweep of the command line has a row per run, also of one that fails, and keeps them") {
   const Folder folder;
   folder.write("bar.toml", scene);

@@ -11,7 +11,7 @@
 #include "measures/drivers.hpp"
 #include "measures/for_all.hpp"
 #include "measures/solid/beam_section.hpp"
-#include "solid/statics.hpp"
+#include "measures/solid/read_statics.hpp"
 
 namespace veriflex::measures {
 
@@ -25,6 +25,7 @@ struct ElasticaStudy {
   std::int64_t length;        // from the last clamped section to the loaded one, in spacings
   std::int64_t clamped;       // sections that are clamped at the root
   std::vector<double> loads;  // P L^2/B, rising
+  solid::Statics statics;
 
   bool is_harmonic() const { return bond::name_of(material.law) == "harmonic"; }
 };
@@ -119,7 +120,7 @@ std::vector<Tip> bend(const ElasticaStudy& study, const solid::Material& materia
     for (double step = 1.0; step <= steps; ++step) {
       Positions load = Positions::Zero(network.node_count(), 3);
       load.col(0).tail(per_section).setConstant(unit * (reached + (wanted - reached) * step / steps));
-      u = solid::equilibrium(material, network, u, held, load).u;
+      u = solid::relax(study.statics, material, network, u, held, load).u;
     }
     reached = wanted;
     const double x = u.col(0).tail(per_section).mean();
@@ -175,7 +176,8 @@ engine::Study read_elastica(const io::Table& top) {
                             .section = engine::read_solid_at_rest(top, material.law, rest_length),
                             .length = t.integer("length", 2, 100000),
                             .clamped = t.integer("clamped", 1, 2),
-                            .loads = t.numbers("loads")};
+                            .loads = t.numbers("loads"),
+                            .statics = read_statics(t)};
   if (study.loads.empty() || !(study.loads.front() > 0.0) || study.loads.back() > 100.0) {
     t.fail("loads", "no load, or one not between 0 and 100",
            "it is P L^2/B; beyond 100 the tip points along the load", "Give for example [1, 5, 10]");
@@ -193,8 +195,9 @@ engine::Study read_elastica(const io::Table& top) {
   return {.plan = engine::read_plan(
               top, {.law = material.law,
                     .solid = beam,
-                    .method = "Newton's method, load by load; first sections clamped, last one loaded",
-                    .by = {parts::Kind::Statics}}),
+                    .method = fmt::format("{}, load by load; first sections clamped, last one loaded",
+                                          row_of(solid::relaxations, study.statics.method).text),
+                    .by = parts_of(study.statics)}),
           .declares = declared(study),
           .run = std::bind_front(run, study)};
 }

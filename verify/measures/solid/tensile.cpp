@@ -12,6 +12,7 @@
 #include "measures/bond/law_records.hpp"
 #include "measures/drivers.hpp"
 #include "measures/for_all.hpp"
+#include "measures/solid/read_statics.hpp"
 #include "solid/tension_test.hpp"
 
 namespace veriflex::measures {
@@ -35,6 +36,7 @@ struct TensileStudy {
   std::vector<double> points;  // strains, or stresses under load control  [1] or [M L^-1 T^-2]
   double modulus_strain;       // the largest strain of the modulus' differences  [1]
   int modulus_levels;          // how often it is halved
+  solid::Statics statics;
 
   bool has_faces() const { return block.nodes[0] > 1 && block.nodes[1] > 1; }
 };
@@ -49,7 +51,7 @@ Observations declared(const TensileStudy& study) {
           {"stress", "", "M L^-1 T^-2", "axial force over the undeformed section n m r0^2", {}},
           {"secant_ratio", "", "1", "stress / (E strain)", {}},
           {"tangent_ratio", "", "1", "U''(r)/U''(r_eq) at the mean bond length", {}},
-          {"iterations", "", "1", "Newton steps", {}},
+          {"iterations", "", "1", "Newton steps, or evaluations of another method", {}},
           {"residual",
            "",
            "1",
@@ -94,9 +96,10 @@ void pull_along_curve(const TensileStudy& study, Progress& progress, Observation
   std::vector<Pulled> states(study.points.size());
   const auto pull = [&](std::size_t i) {
     try {
-      states[i] = displaced
-                      ? solid::pull_to_strain(study.law, study.block, study.lateral_held, study.points[i])
-                      : solid::pull_with_stress(study.law, study.block, study.lateral_held, study.points[i]);
+      states[i] = displaced ? solid::pull_to_strain(study.law, study.block, study.lateral_held,
+                                                    study.points[i], study.statics)
+                            : solid::pull_with_stress(study.law, study.block, study.lateral_held,
+                                                      study.points[i], study.statics);
     } catch (const NumericalFailure& failure) {
       throw failure.at(fmt::format("at {} {}", displaced ? "strain" : "stress", study.points[i]));
     }
@@ -140,7 +143,7 @@ Differences modulus_at_rest(const TensileStudy& study, Progress& progress) {
   for_all(states.size(), "modulus", progress, [&](std::size_t i) {
     const double sign = i % 2 == 0 ? 1.0 : -1.0;
     states[i] = solid::pull_to_strain(study.law, study.block, study.lateral_held,
-                                      i == 2 * levels ? 0.0 : sign * strain(i / 2));
+                                      i == 2 * levels ? 0.0 : sign * strain(i / 2), study.statics);
   });
   const double at_rest = states.back().stress;
   Differences d{};
@@ -219,7 +222,8 @@ engine::Study read_tensile(const io::Table& top) {
       // Inside what is smooth around rest: differences across a kink have another limit.
       .modulus_strain = t.number("modulus_strain",
                                  std::min(0.004, 0.5 * derivation.smooth_radius / derivation.rest_length)),
-      .modulus_levels = t.has("modulus_levels") ? static_cast<int>(t.integer("modulus_levels", 2, 12)) : 4};
+      .modulus_levels = t.has("modulus_levels") ? static_cast<int>(t.integer("modulus_levels", 2, 12)) : 4,
+      .statics = read_statics(t)};
   const std::string points = study.control == Control::displacement ? "strains" : "stresses";
   if (t.has(points)) study.points = t.numbers(points);
   const Interval domain = bond::domain(law);
@@ -239,16 +243,15 @@ engine::Study read_tensile(const io::Table& top) {
            "it must be positive, and bonds strained by it both ways inside the law's domain",
            "Use about 0.004");
   }
-  return {
-      .plan = engine::read_plan(
-          top, {.law = law,
-                .solid = spec,
-                .method = fmt::format(
-                    "Newton with line search, sparse Cholesky; ends fixed axially, lateral displacements {}",
-                    study.lateral_held ? "fixed (exact: C12 = 0)" : "free"),
-                .by = {parts::Kind::Statics}}),
-      .declares = declared(study),
-      .run = std::bind_front(run, study)};
+  return {.plan = engine::read_plan(
+              top, {.law = law,
+                    .solid = spec,
+                    .method = fmt::format("{}; ends fixed axially, lateral displacements {}",
+                                          row_of(solid::relaxations, study.statics.method).text,
+                                          study.lateral_held ? "fixed (exact: C12 = 0)" : "free"),
+                    .by = parts_of(study.statics)}),
+          .declares = declared(study),
+          .run = std::bind_front(run, study)};
 }
 
 }  // namespace veriflex::measures
