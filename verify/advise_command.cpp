@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <memory>
 
+#include "advisers.hpp"
 #include "base/error.hpp"
 #include "base/say.hpp"
 #include "engine/result.hpp"
 #include "engine/symbols.hpp"
 #include "exit_code.hpp"
+#include "io/file.hpp"
+#include "repository.hpp"
 #include "run_cases.hpp"
 #include "studies/advise.hpp"
 #include "studies/grid.hpp"
@@ -24,20 +28,36 @@ using Json = nlohmann::ordered_json;
 struct AdviseOptions {
   std::string study;
   std::string out = "results";
+  std::string case_folder = repository::cases().string();
   double error = 0.0;
   double budget = 0.0;
   bool json = false;
 };
 
-fs::path result_of(const AdviseOptions& o) {
+// A result with the sweep that is asked, and how the case that is to be advised differs from it.
+Adviser adviser(const AdviseOptions& o) {
   const fs::path given = o.study;
-  std::error_code unknown;
-  if (given.extension() == ".h5" || fs::is_regular_file(given, unknown)) return given;
+  if (given.extension() == ".h5") return {given, "", {}};
   const fs::path stored = fs::path(o.out) / (o.study + ".h5");
-  if (fs::is_regular_file(stored, unknown)) return stored;
+  std::error_code unknown;
+  if (fs::is_regular_file(stored, unknown)) {
+    try {
+      engine::read_record(io::Hdf5File(stored), "sweep_front");
+      return {stored, "", {}};
+    } catch (const InputError&) {  // a run of the case, and no sweep over it
+    }
+  }
+  const fs::path path = engine::case_named(o.study, o.case_folder);
+  const std::vector<Adviser> able =
+      advisers_of(engine::parse_case(io::read_file(path), path.string()), o.out);
+  if (!able.empty()) return able.front();
   throw InputError(
-      {stored.string()}, "there is no result", "advice is taken from a sweep that was run",
-      fmt::format("Run veriflex run {} --out {} first, or give its result file", o.study, o.out));
+      {path.string()}, fmt::format("no result in {} can advise it", o.out),
+      "advice is taken from a timed sweep of this case, or of one of the same driver, law and kind of scene",
+      fmt::format(
+          "Run a case cost-... of the kind, or veriflex sweep {} --timed --error METRIC --over KEY=..., "
+          "with --out {}",
+          o.study, o.out));
 }
 
 studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path) {
@@ -52,34 +72,58 @@ studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path) {
   }
 }
 
-// Axes of the case's own sweep that stand for several keys at once, in words; what one of them alone is set
-// to is no setting.
-std::vector<std::string> joint_axes(const io::Hdf5File& file) {
+// The axes of the case's own sweep; none where the sweep was put over it by a command.
+std::vector<studies::Axis> own_axes(const io::Hdf5File& file) {
   const io::Table top = engine::parse_case(file.texts("/case").front(), "the stored case");
-  std::vector<std::string> joint;
-  if (!top.has("sweep") || !file.attribute("/", "variant").empty()) return joint;
-  for (const studies::Axis& axis : studies::read_axes(top.table("sweep"))) {
-    if (axis.keys.size() > 1)
-      joint.push_back(fmt::format("{} stands for {} together", axis.name(), fmt::join(axis.keys, ", ")));
+  if (!top.has("sweep") || !file.attribute("/", "variant").empty()) return {};
+  return studies::read_axes(top.table("sweep"));
+}
+
+// `key=value` of what an axis sets beside its first key, and the axis itself with that value alone, as TOML.
+struct Full {
+  std::vector<std::string> settings, axes;
+};
+Full full_setting(const std::vector<std::string>& advised, const std::vector<studies::Axis>& own) {
+  Full full;
+  for (const std::string& one : advised) {
+    const std::size_t equals = one.find('=');
+    const std::string key = one.substr(0, equals), value = one.substr(equals + 1);
+    const auto axis =
+        std::find_if(own.begin(), own.end(), [&](const studies::Axis& a) { return a.name() == key; });
+    auto values = axis == own.end() ? std::nullopt : studies::values_at(*axis, value);
+    full.settings.push_back(one);
+    if (!values) continue;
+    std::vector<std::string> keys;
+    for (const std::string& each : axis->keys) keys.push_back(io::toml_text(each));
+    // In double quotes, so that a shell's single ones may stand around it.
+    for (std::string& each : *values)
+      if (each.starts_with('\'')) each = io::toml_text(studies::bare(each));
+    for (std::size_t k = 1; k < values->size(); ++k)
+      full.settings.push_back(fmt::format("{}={}", axis->keys[k], (*values)[k]));
+    full.axes.push_back(
+        fmt::format("{{ keys = [{}], values = [[{}]] }}", fmt::join(keys, ", "), fmt::join(*values, ", ")));
   }
-  return joint;
+  return full;
 }
 
 int advise_command(const AdviseOptions& o) {
   if (!(o.error > 0.0))
     throw InputError({}, fmt::format("--error is {}", o.error), "it must be positive", "Use 1e-3");
-  const fs::path path = result_of(o);
+  const Adviser from = adviser(o);
+  const fs::path path = from.result;
   const io::Hdf5File file(path);
   const studies::SweptRows rows = rows_of(file, path.string());
   const studies::Advice found = studies::advise(
       rows, {.error = o.error, .budget = o.budget > 0.0 ? std::optional(o.budget) : std::nullopt});
   const std::string machine = file.attribute("/provenance", "machine");
   const std::string id = file.attribute("/", "case_id");
+  const Full full = full_setting(found.setting, own_axes(file));
   if (o.json) {
     print_json(Json{
         {"case", id},
         {"error_wanted", o.error},
-        {"setting", found.setting},
+        {"setting", full.settings},
+        {"axes", full.axes},
         {"predicted", {{"error", found.error}, {"seconds", found.seconds}, {"memory_bytes", found.memory}}},
         {"within_the_sweep", found.is_within},
         {"measured", found.is_measured},
@@ -87,22 +131,35 @@ int advise_command(const AdviseOptions& o) {
         {"rows", found.rows},
         {"left_out_rows_within", {{"error", found.error_factor}, {"seconds", found.time_factor}}},
         {"study", path.string()},
+        {"differences", from.differences},
+        {"failures_beside", found.failures},
         {"machine", machine}});
     return exit_code::success;
   }
   say("{}: the cheapest setting for an error of {:.3g}\n", id, o.error);
-  for (const std::string& one : found.setting) say("    {}\n", one);
+  for (const std::string& one : full.settings) say("    {}\n", one);
   say("  {}: error {:.3g}, run time {:.3g} s, memory {:.3g} MB, on {}\n",
       found.is_measured ? "measured" : "predicted", found.error, found.seconds, found.memory / 1e6, machine);
   say("  limited by: {}\n", found.limited_by);
+  say("  stability: {}\n", found.failures.empty()
+                               ? "all rows of these words completed"
+                               : fmt::format("beside it failed {}", fmt::join(found.failures, "; ")));
   say("  from {} rows of {}; each predicted from the others is within a factor of {:.3g} (error), {:.3g} "
       "(time)\n",
       found.rows, path.string(), found.error_factor, found.time_factor);
   if (found.is_measured) say("  The fit is worth too little to go between rows: this is one that was run.\n");
   if (!found.is_within) say("  This lies beyond the sweep, by a factor of two at most: extrapolated.\n");
-  const std::vector<std::string> joint = joint_axes(file);
-  for (const std::string& one : joint) say("  {}, as in [sweep] of the case\n", one);
-  if (!joint.empty()) return exit_code::success;
+  if (!from.differences.empty()) {
+    say("  The study's scene is not this case's; they differ in\n");
+    constexpr std::size_t most = 12;
+    for (std::size_t i = 0; i < std::min(most, from.differences.size()); ++i)
+      say("    {}\n", from.differences[i]);
+    if (from.differences.size() > most) say("    and {} more\n", from.differences.size() - most);
+  }
+  if (full.axes.size() == found.setting.size()) {
+    say("  Try it: veriflex run {} --set 'sweep.axes=[{}]'\n", id, fmt::join(full.axes, ", "));
+    return exit_code::success;
+  }
   say("  Try it: veriflex sweep {} --timed", id);
   for (const std::string& one : found.setting) say(" --over {}", one);
   say("\n");
@@ -115,11 +172,16 @@ void add_advise_command(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<AdviseOptions>();
   CLI::App* advise = app.add_subcommand(
       "advise", "the cheapest setting for an error, from a sweep that says what its error costs");
-  advise->add_option("study", o->study, "id of a case whose result is in --out, or a result file")
+  advise
+      ->add_option(
+          "study", o->study,
+          "a case that was swept, by id or result file; or any case: the stored sweep that is most like it "
+          "advises it")
       ->required();
   advise->add_option("--error", o->error, "the error that is to be reached")->required();
   advise->add_option("--budget", o->budget, "the most run time [s]");
   advise->add_option("--out", o->out, "folder of results")->capture_default_str();
+  advise->add_option("--cases", o->case_folder, "folder of case files")->capture_default_str();
   advise->add_flag("--json", o->json, "print JSON");
   advise->footer(
       "Example: veriflex run cost-oscillation-pair; veriflex advise cost-oscillation-pair --error 1e-4");

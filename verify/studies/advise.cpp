@@ -9,6 +9,7 @@
 #include <cmath>
 #include <functional>
 #include <memory>
+#include <set>
 
 #include "base/error.hpp"
 #include "base/reduce.hpp"
@@ -28,6 +29,7 @@ struct Family {
   std::vector<Point> points;
   std::vector<double> error, seconds, memory;
   std::vector<bool> completed;
+  std::vector<std::size_t> rows;  // of the sweep
 };
 
 // What a power law can be in: of a relaxation time the part that is viscosity.
@@ -59,9 +61,10 @@ std::vector<Family> families(const SweptRows& rows) {
     }
     auto family = std::find_if(all.begin(), all.end(), [&](const Family& f) { return f.words == words; });
     if (family == all.end()) {
-      all.push_back({words, {}, {}, {}, {}, {}});
+      all.push_back({words, {}, {}, {}, {}, {}, {}});
       family = all.end() - 1;
     }
+    family->rows.push_back(i);
     family->points.push_back(point);
     family->error.push_back(rows.error[i]);
     family->seconds.push_back(rows.seconds[i]);
@@ -74,16 +77,19 @@ std::vector<Family> families(const SweptRows& rows) {
 // A positive quantity of a point, with parameters.
 using Law = std::function<double(const Eigen::VectorXd& parameters, const Point&)>;
 
-// exp(p) of a parameter, so that what it stands for is positive.
-double positive(double parameter) { return std::exp(std::clamp(parameter, -700.0, 700.0)); }
+// exp(p) of a parameter, so that what it stands for is positive; sums and products of some stay finite.
+double positive(double parameter) { return std::exp(std::clamp(parameter, -300.0, 300.0)); }
 
 double term(const Eigen::VectorXd& p, const Point& x, std::size_t axis) {
   const auto at = static_cast<Eigen::Index>(2 * axis);
   return positive(p[at] - p[at + 1] * std::log(x[axis]));
 }
 
+// What no axis lowers, B, is the last parameter of an odd number of them; of an even number there is none.
+double floor_of(const Eigen::VectorXd& p) { return p.size() % 2 == 1 ? positive(p[p.size() - 1]) : 0.0; }
+
 double error_law(const Eigen::VectorXd& p, const Point& x) {
-  double sum = positive(p[p.size() - 1]);
+  double sum = floor_of(p);
   for (std::size_t axis = 0; axis < x.size(); ++axis) sum += term(p, x, axis);
   return sum;
 }
@@ -139,17 +145,18 @@ Fitted fit(const Law& law, const std::vector<Point>& points, const std::vector<d
   return found;
 }
 
-std::size_t parameters_of(std::size_t axes) { return 2 * axes + 1; }
+std::size_t parameters_of(std::size_t axes, bool has_floor) { return 2 * axes + (has_floor ? 1 : 0); }
 
 // From several starts the best: each axis may be what the error comes from.
-Eigen::VectorXd fit_error(const std::vector<Point>& points, const std::vector<double>& values) {
+Eigen::VectorXd fit_error(const std::vector<Point>& points, const std::vector<double>& values,
+                          bool has_floor) {
   const std::size_t axes = points.front().size();
   const double most = *std::max_element(values.begin(), values.end());
   const double least = *std::min_element(values.begin(), values.end());
   Fitted best{{}, INFINITY};
   for (std::size_t main = 0; main < axes; ++main) {
     for (const double order : {1.0, 2.0, 4.0, -1.0}) {
-      Eigen::VectorXd start(static_cast<Eigen::Index>(parameters_of(axes)));
+      Eigen::VectorXd start(static_cast<Eigen::Index>(parameters_of(axes, has_floor)));
       for (std::size_t axis = 0; axis < axes; ++axis) {
         double first = points.front()[axis];
         for (const Point& x : points)
@@ -158,9 +165,9 @@ Eigen::VectorXd fit_error(const std::vector<Point>& points, const std::vector<do
         start[static_cast<Eigen::Index>(2 * axis)] = std::log(share * most) + order * std::log(first);
         start[static_cast<Eigen::Index>(2 * axis + 1)] = order;
       }
-      start[start.size() - 1] = std::log(0.1 * least);
+      if (has_floor) start[start.size() - 1] = std::log(0.1 * least);
       const Fitted found = fit(error_law, points, values, start);
-      if (found.misfit < best.misfit) best = found;
+      if (best.parameters.size() == 0 || found.misfit < best.misfit) best = found;
     }
   }
   return best.parameters;
@@ -186,7 +193,8 @@ struct Model {
   double error_factor = 1.0, time_factor = 1.0;  // worst of rows predicted from the others
 };
 
-std::optional<Model> model_of(const Family& family) {
+// With a floor, or without; nothing when the rows are too few.
+std::optional<Model> model_of(const Family& family, bool has_floor) {
   Model model;
   for (std::size_t i = 0; i < family.points.size(); ++i) {
     if (!family.completed[i]) continue;
@@ -195,8 +203,8 @@ std::optional<Model> model_of(const Family& family) {
     model.seconds.push_back(family.seconds[i]);
   }
   const std::size_t axes = model.points.empty() ? 0 : model.points.front().size();
-  if (axes == 0 || model.points.size() < parameters_of(axes) + 1) return std::nullopt;
-  model.of_error = fit_error(model.points, model.error);
+  if (axes == 0 || model.points.size() < parameters_of(axes, has_floor) + 1) return std::nullopt;
+  model.of_error = fit_error(model.points, model.error, has_floor);
   model.of_time = fit_time(model.points, model.seconds);
   for (std::size_t left_out = 0; left_out < model.points.size(); ++left_out) {
     auto points = model.points;
@@ -206,23 +214,35 @@ std::optional<Model> model_of(const Family& family) {
     error.erase(error.begin() + at);
     seconds.erase(seconds.begin() + at);
     const Point& x = model.points[left_out];
-    model.error_factor =
-        worse(model.error_factor, factor(error_law(fit_error(points, error), x), model.error[left_out]));
+    const Eigen::VectorXd of_error = fit_error(points, error, has_floor);
+    model.error_factor = worse(model.error_factor, factor(error_law(of_error, x), model.error[left_out]));
     model.time_factor =
         worse(model.time_factor, factor(time_law(fit_time(points, seconds), x), model.seconds[left_out]));
   }
   return model;
 }
 
+// That of both which predicts left-out rows better.
+std::optional<Model> model_of(const Family& family) {
+  std::optional<Model> with = model_of(family, true), without = model_of(family, false);
+  if (!with || (without && !(with->error_factor <= without->error_factor))) return without;
+  return with;
+}
+
+// Squared, in logarithms.
+double distance(const Point& a, const Point& b) {
+  double squares = 0.0;
+  for (std::size_t axis = 0; axis < a.size(); ++axis) squares += std::pow(std::log(a[axis] / b[axis]), 2);
+  return squares;
+}
+
 std::size_t nearest(const Family& family, const Point& x) {
   std::size_t best = 0;
   double least = INFINITY;
   for (std::size_t i = 0; i < family.points.size(); ++i) {
-    double distance = 0.0;
-    for (std::size_t axis = 0; axis < x.size(); ++axis)
-      distance += std::pow(std::log(x[axis] / family.points[i][axis]), 2);
-    if (distance < least) {
-      least = distance;
+    const double away = distance(x, family.points[i]);
+    if (away < least) {
+      least = away;
       best = i;
     }
   }
@@ -292,7 +312,7 @@ void for_each_point(const std::vector<const Column*>& axes, const std::function<
 
 std::string limit_of(const Model& model, const std::vector<const Column*>& axes, const Point& x) {
   std::string name = "nothing";
-  double most = positive(model.of_error[model.of_error.size() - 1]);
+  double most = floor_of(model.of_error);
   for (std::size_t axis = 0; axis < axes.size(); ++axis) {
     const double part = term(model.of_error, x, axis);
     if (part <= most) continue;
@@ -300,6 +320,24 @@ std::string limit_of(const Model& model, const std::vector<const Column*>& axes,
     name = axes[axis]->name;
   }
   return name;
+}
+
+// Rows of the family that did not complete, the nearest two.
+std::vector<std::string> failures_near(const std::vector<const Column*>& axes, const Family& family,
+                                       const Point& x) {
+  std::vector<std::pair<double, std::string>> all;
+  for (std::size_t i = 0; i < family.points.size(); ++i) {
+    if (family.completed[i] || family.error[i] == 0.0) continue;
+    std::vector<std::string> words;
+    for (std::size_t axis = 0; axis < axes.size(); ++axis)
+      words.push_back(
+          fmt::format("{}={:.6g}", axes[axis]->name, value_of(axes[axis]->name, family.points[i][axis])));
+    all.emplace_back(distance(x, family.points[i]), fmt::format("{}", fmt::join(words, " ")));
+  }
+  std::stable_sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::vector<std::string> nearest_two;
+  for (std::size_t i = 0; i < std::min<std::size_t>(2, all.size()); ++i) nearest_two.push_back(all[i].second);
+  return nearest_two;
 }
 
 Advice advice_at(const SweptRows& rows, const Family& family, const Model& model, const Point& x) {
@@ -313,6 +351,7 @@ Advice advice_at(const SweptRows& rows, const Family& family, const Model& model
                 .error_factor = model.error_factor,
                 .time_factor = model.time_factor,
                 .rows = model.points.size(),
+                .failures = failures_near(axes, family, x),
                 .limited_by = limit_of(model, axes, x)};
   std::size_t number = 0, word = 0;
   for (const Column& axis : rows.axes) {
@@ -342,6 +381,84 @@ SweptRows swept_rows(const observe::Record& sweep, const observe::Record& cost, 
   return rows;
 }
 
+namespace {
+
+struct Search {
+  Wanted wanted;
+  std::optional<Advice> best, most_accurate, in_budget;
+  std::size_t too_few = 0;  // combinations of words
+
+  template <class Make>
+  void consider(double error, double seconds, double safety, const Make& make) {
+    if (!most_accurate || error < most_accurate->error) most_accurate = make();
+    if (wanted.budget && seconds <= *wanted.budget && (!in_budget || error < in_budget->error))
+      in_budget = make();
+    if (error * safety <= wanted.error && (!best || seconds < best->seconds)) best = make();
+  }
+};
+
+// The rows of one family, all axes of numbers but that with the most values taken as words.
+SweptRows along_one_axis(const SweptRows& rows, const Family& family) {
+  const auto count = [](const Column& axis) {
+    return std::set<double>(axis.values.begin(), axis.values.end()).size();
+  };
+  const std::vector<const Column*> axes = numeric(rows);
+  const Column* main = *std::max_element(
+      axes.begin(), axes.end(), [&](const Column* p, const Column* q) { return count(*p) < count(*q); });
+  SweptRows one;
+  for (const Column& axis : rows.axes)
+    one.axes.push_back({axis.name, axis.symbol, axis.dimension, axis.meaning, {}});
+  for (const std::size_t row : family.rows) {
+    for (std::size_t a = 0; a < rows.axes.size(); ++a) {
+      const Column& axis = rows.axes[a];
+      if (!axis.texts.empty()) {
+        one.axes[a].texts.push_back(axis.texts[row]);
+      } else if (&axis == main) {
+        one.axes[a].values.push_back(axis.values[row]);
+      } else {
+        one.axes[a].texts.push_back(fmt::format("{}", axis.values[row]));
+      }
+    }
+    one.error.push_back(rows.error[row]);
+    one.seconds.push_back(rows.seconds[row]);
+    one.memory.push_back(rows.memory[row]);
+  }
+  return one;
+}
+
+void search(const SweptRows& rows, Search& found) {
+  const std::vector<const Column*> axes = numeric(rows);
+  for (const Family& family : families(rows)) {
+    const std::optional<Model> model = model_of(family);
+    const bool is_trusted = model && model->error_factor <= trusted;
+    if (is_trusted) {
+      for_each_point(axes, [&](const Point& x) {
+        if (!is_usable(family, *model, x)) return;
+        found.consider(error_law(model->of_error, x), time_law(model->of_time, x), model->error_factor,
+                       [&] { return advice_at(rows, family, *model, x); });
+      });
+      continue;
+    }
+    // Where the axes do not add up, each line along one of them may still follow a law of its own.
+    if (axes.size() > 1) search(along_one_axis(rows, family), found);
+    if (!model) {
+      ++found.too_few;
+      continue;
+    }
+    for (std::size_t i = 0; i < model->points.size(); ++i) {
+      found.consider(model->error[i], model->seconds[i], 1.0, [&] {
+        Advice row = advice_at(rows, family, *model, model->points[i]);
+        row.error = model->error[i];
+        row.seconds = model->seconds[i];
+        row.is_measured = true;
+        return row;
+      });
+    }
+  }
+}
+
+}  // namespace
+
 Advice advise(const SweptRows& rows, const Wanted& wanted) {
   const std::vector<const Column*> axes = numeric(rows);
   for (const Column* axis : axes) {
@@ -351,44 +468,15 @@ Advice advise(const SweptRows& rows, const Wanted& wanted) {
           fmt::format("the axis {} has values that are not positive: no power law", axis->name),
           FailureMode::NotConverged);
   }
-  std::optional<Advice> best, most_accurate, in_budget;
-  std::size_t too_few = 0;
-  for (const Family& family : families(rows)) {
-    const std::optional<Model> model = model_of(family);
-    if (!model) {
-      ++too_few;
-      continue;
-    }
-    const auto consider = [&](double error, double seconds, double safety, const auto& make) {
-      if (!most_accurate || error < most_accurate->error) most_accurate = make();
-      if (wanted.budget && seconds <= *wanted.budget && (!in_budget || error < in_budget->error))
-        in_budget = make();
-      if (error * safety <= wanted.error && (!best || seconds < best->seconds)) best = make();
-    };
-    if (model->error_factor > trusted) {
-      for (std::size_t i = 0; i < model->points.size(); ++i) {
-        consider(model->error[i], model->seconds[i], 1.0, [&] {
-          Advice row = advice_at(rows, family, *model, model->points[i]);
-          row.error = model->error[i];
-          row.seconds = model->seconds[i];
-          row.is_measured = true;
-          return row;
-        });
-      }
-      continue;
-    }
-    for_each_point(axes, [&](const Point& x) {
-      if (!is_usable(family, *model, x)) return;
-      consider(error_law(model->of_error, x), time_law(model->of_time, x), model->error_factor,
-               [&] { return advice_at(rows, family, *model, x); });
-    });
-  }
+  Search found{.wanted = wanted, .best = {}, .most_accurate = {}, .in_budget = {}};
+  search(rows, found);
+  const auto& [asked, best, most_accurate, in_budget, too_few] = found;
   if (!most_accurate) {
     throw NumericalFailure(
         fmt::format(
             "the sweep has too few completed rows for a fit: {} along {} axes of numbers need at least {} "
             "in each of {} combinations",
-            rows.error.size(), axes.size(), parameters_of(axes.size()) + 1, too_few),
+            rows.error.size(), axes.size(), parameters_of(axes.size(), false) + 1, too_few),
         FailureMode::NotConverged);
   }
   if (!best) {

@@ -4,8 +4,8 @@
 ///
 ///   error = B + sum_a A_a x_a^(-p_a),   time = T + C product_a x_a^(q_a)
 ///
-/// over the axes x_a that take numbers, of a relaxation time tau - 1/2. How far that may be trusted is
-/// measured: each row is predicted from the others.
+/// over the axes x_a that take numbers, of a relaxation time tau - 1/2; B = 0 where that predicts better. How
+/// far that may be trusted is measured: each row is predicted from the others.
 #pragma once
 
 #include <optional>
@@ -39,14 +39,18 @@ struct Advice {
   bool is_measured;                  // a row of the sweep: the fit is worth too little to go between rows
   double error_factor, time_factor;  // worst of each row of this combination predicted from the others
   std::size_t rows;                  // of this combination
+  std::vector<std::string>
+      failures;            // rows of these words that did not complete, the nearest first, at most two
   std::string limited_by;  // the axis whose term is most of the error; `nothing` for what no axis lowers
 };
 
-/// A fit that misses a left-out row by more than a factor of two is not used: then only the rows themselves
-/// are offered. Else the setting with the least time whose predicted error, times error_factor, is at most
-/// the wanted one; no farther than a factor of two beyond the swept range, there only where the error falls,
-/// and not in a cell of the grid of which a corner did not complete. Throws NumericalFailure, with what can
-/// be reached instead, when there is none or it exceeds the budget, and when the rows are too few for a fit.
+/// A fit that misses a left-out row by more than a factor of two is not used between rows: then each line
+/// along the axis with the most values is fitted by itself, all other axes as they were swept, and where that
+/// misses too only the rows themselves are offered. Of all that is predicted, times error_factor, to have at
+/// most the wanted error the setting with the least time; no farther than a factor of two beyond the swept
+/// range, there only where the error falls, and not in a cell of the grid of which a corner did not complete.
+/// Throws NumericalFailure, with what can be reached instead, when there is none or it exceeds the budget,
+/// and when the rows are too few for a fit.
 Advice advise(const SweptRows& rows, const Wanted& wanted);
 
 }  // namespace veriflex::studies

@@ -1,6 +1,7 @@
 /// The axes of a study: which keys of a case take which values.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -29,6 +30,11 @@ std::vector<Cell> cells(const std::vector<Axis>& axes);
 
 /// What sets a case to that combination, as `--set` takes it.
 std::vector<std::string> settings(const std::vector<Axis>& axes, const Cell& cell);
+
+/// The values of an axis's keys where the first has this value: as they are listed, or between and beyond
+/// listed ones by the power law through the two nearest, whole numbers rounded. Nothing where a key takes no
+/// positive numbers.
+std::optional<std::vector<std::string>> values_at(const Axis& axis, const std::string& first);
 
 /// Columns for the axes of a table, without rows, and their values in one row.
 std::vector<observe::Column> columns_of(const std::vector<Axis>& axes);

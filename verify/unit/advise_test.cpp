@@ -121,3 +121,35 @@ TEST_CASE("A sweep that follows no such law is offered row by row") {
     if (rows.error[i] <= 0.03) least = std::min(least, rows.seconds[i]);
   CHECK(advice.seconds == least);
 }
+
+TEST_CASE("Errors that no power law follows are no reason to break off") {
+  // As of a wave at tau = 1: the leading term vanishes along one axis, and some errors are exact zeros.
+  SweptRows rows = swept(resolutions, rounds);
+  for (std::size_t i = 0; i < rows.error.size(); ++i) {
+    rows.error[i] = i % 4 == 0 ? 1e-300 : i % 4 == 1 ? 0.0 : 1e300;
+    rows.error[i] *= i % 3 == 0 ? 1.0 : 1e-5;
+  }
+  const Advice advice = advise(rows, {1e-4, {}});
+  CHECK(advice.is_measured);
+  CHECK(advice.error <= 1e-4);
+}
+
+TEST_CASE("Where axes do not add up, each line along the longest has a law of its own") {
+  // As of a viscosity whose leading error vanishes at one relaxation time: second order there is fourth.
+  SweptRows rows;
+  rows.axes = {{"fluid.relaxation_time", "", "1", "", {}}, {"n", "", "1", "", {}}};
+  for (const double tau : {0.8, 1.0, 1.5}) {
+    for (const double n : {8.0, 12.0, 16.0, 24.0, 32.0}) {
+      rows.axes[0].values.push_back(tau);
+      rows.axes[1].values.push_back(n);
+      rows.error.push_back(tau == 1.0 ? 20.0 * std::pow(n, -4) : (tau - 0.5) / (n * n));
+      rows.seconds.push_back(1e-6 * n * n * n);
+      rows.memory.push_back(1e6);
+    }
+  }
+  const Advice advice = advise(rows, {1e-4, {}});
+  CHECK(advice.setting[0] == "fluid.relaxation_time=1");
+  CHECK_FALSE(advice.is_measured);
+  CHECK(value_of(advice, "n") == Approx(std::pow(2e5, 0.25)).epsilon(0.06));
+  CHECK(advice.error <= 1e-4);
+}

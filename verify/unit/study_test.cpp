@@ -307,6 +307,30 @@ TEST_CASE("The error of a row may be that of a curve against a reference") {
   CHECK_THAT(swept("y = \"stress\", reference = \"sprongs\", floor = 0.0").err, ContainsSubstring("sprongs"));
 }
 
+TEST_CASE("A case that was not swept is advised by the sweep that is most like it") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  folder.write("longer.toml", unit::replaced(unit::replaced(scene, "id = \"bar\"", "id = \"longer\""),
+                                             "[2, 2, 4]", "[2, 2, 6]"));
+  const std::string advise = "advise longer.toml --error 1 --json --out out";
+  const Ran nothing = ran(folder, advise);
+  CHECK(nothing.code == 2);
+  CHECK_THAT(nothing.err, ContainsSubstring("no result in out can advise it"));
+  REQUIRE(ran(folder,
+              "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.4,0.8 --error young_modulus --timed --out "
+              "out")
+              .code == 0);
+  const Ran advised = ran(folder, advise);
+  REQUIRE(advised.code == 0);
+  const Json advice = Json::parse(advised.out);
+  CHECK(advice["case"] == "bar");
+  REQUIRE(advice["differences"].size() == 1);
+  CHECK(advice["differences"][0] == "solid.nodes: [ 2, 2, 4 ], here [ 2, 2, 6 ]");
+  // Of another law the sweep says nothing.
+  folder.write("longer.toml", unit::replaced(unit::good_case, "id = \"bad\"", "id = \"longer\""));
+  CHECK(ran(folder, advise).code == 2);
+}
+
 TEST_CASE("A sweep of the command line has a row per run, also of one that fails, and keeps them") {
   const Folder folder;
   folder.write("bar.toml", scene);
