@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <bit>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -52,7 +53,30 @@ double of_the_group() {
   return least;
 }
 
+// As the kernel lists them, one directory each. What the C library says of a cache that several processors
+// share is ten times its size on some machines.
+Cache largest_listed() {
+  Cache largest{1 << 20, 1};
+  for (int i = 0;; ++i) {
+    const std::filesystem::path cache = "/sys/devices/system/cpu/cpu0/cache/index" + std::to_string(i);
+    std::int64_t kilobytes = 0;
+    std::string shared_by;  // a bit each, in hexadecimal with commas
+    if (!(std::ifstream(cache / "size") >> kilobytes)) return largest;  // followed by a K
+    if (!(std::ifstream(cache / "shared_cpu_map") >> shared_by)) return largest;
+    int processors = 0;
+    for (const char digit : shared_by) {
+      if (digit != ',') processors += std::popcount(std::stoul(std::string(1, digit), nullptr, 16));
+    }
+    if (kilobytes * 1024 > largest.bytes) largest = {kilobytes * 1024, std::max(1, processors)};
+  }
+}
+
 }  // namespace
+
+Cache largest_cache() {
+  static const Cache largest = largest_listed();
+  return largest;
+}
 
 double available_memory_bytes() {
   return std::max(0.0, std::min({of_the_machine(), of_the_process(), of_the_group()}));

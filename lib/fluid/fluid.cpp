@@ -67,6 +67,10 @@ State Fluid::state() const {
   return state;
 }
 
+void Fluid::advance(std::int64_t steps) {
+  for (std::int64_t i = 0; i < steps; ++i) collide_and_stream();
+}
+
 void Fluid::tell_parts(const Bytes& bytes) {
   using parts::Kind;
   const bool moments = representation_of(spec_) == Representation::Moments;

@@ -17,6 +17,7 @@
 #include "base/grid.hpp"
 #include "base/parts.hpp"
 #include "base/vec.hpp"
+#include "fluid/blocking.hpp"
 #include "fluid/lattice.hpp"
 #include "fluid/scheme.hpp"
 
@@ -59,6 +60,9 @@ struct Spec {
   /// them: no force acts on them, and they are in no sum.
   std::vector<std::int64_t> obstacle{};
   Representation representation = Representation::Auto;
+  /// How populations make many steps at once, see Fluid::advance(); absent: as the caches suggest. The
+  /// results are the same, bit by bit.
+  std::optional<Blocking> blocking{};
   /// Parts that are there although they do nothing, to show that they change nothing.
   struct Kept {
     bool body_force = false, obstacle = false;
@@ -144,6 +148,14 @@ class Fluid {
 
   /// One step. Throws nothing but Stopped, before it does anything: see extremes().
   virtual void collide_and_stream(const NodeForces& forces = {}) = 0;
+
+  /// So many steps without forces at single nodes, bit by bit what as many single ones make of them. Throws
+  /// Stopped before a step or in the midst of them, and the fluid is then of no use.
+  virtual void advance(std::int64_t steps);
+
+  /// How many steps advance() makes best at once: 1 where one after the other is as good. Populations of a
+  /// box that no cache holds, without obstacle and openings, make several.
+  virtual std::int64_t steps_at_once() const { return 1; }
 
   /// Populations of some nodes before the next collision.
   virtual void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const = 0;

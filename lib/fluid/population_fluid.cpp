@@ -1,12 +1,16 @@
 #include "fluid/population_fluid.hpp"
 
+#include <omp.h>
+
 #include <algorithm>
 
 #include "base/memory.hpp"
 #include "base/stop.hpp"
 #include "base/work.hpp"
+#include "fluid/blocking.hpp"
 #include "fluid/links.hpp"
 #include "fluid/reductions.hpp"
+#include "fluid/subnormals.hpp"
 #include "fluid/sweep.hpp"
 #include "fluid/threads.hpp"
 
@@ -73,8 +77,7 @@ class PopulationFluid final : public Fluid {
 
   void collide_and_stream(const NodeForces& forces) override {
     stop_if_asked("fluid step", steps_ + 1);
-    work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
-                    2 * Q * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
+    count_work(1);
     prepare(
         outlets_, [this](std::int64_t node) { return arriving(node); }, spec_.relaxation_time);
     sweep(lattice_, odd());
@@ -87,12 +90,30 @@ class PopulationFluid final : public Fluid {
       const SlotPair& pair = links_[static_cast<std::size_t>(i)];
       std::swap(*(base() + pair.first), *(base() + pair.second));
     }
+    const FlushSubnormals flush;
     for (const Gain& gain : gains_) {
       const double risen = gain.inflow != nullptr ? gain.inflow->risen(steps_) : 1.0;
       *arriving(gain.q, gain.node) += static_cast<Real>(risen * gain.value);
     }
     for (const Outlet& outlet : outlets_) let_out(outlet);
   }
+
+  void advance(std::int64_t steps) override {
+    const Blocking blocking = this->blocking();
+    if (std::min(blocking.steps, steps) < 2) return Fluid::advance(steps);
+    stop_if_asked("fluid step", steps_ + 1);
+    count_work(steps);
+    const std::array rows{rows_of(lattice_, odd()), rows_of(lattice_, !odd())};
+    make_steps(row_grid(), steps, blocking, omp_get_max_threads(),
+               [&](std::int64_t step, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
+                 rows[static_cast<std::size_t>(step % 2)](lattice_, z, y_begin, y_end);
+                 gain(z, y_begin, y_end);
+               });
+    stop_if_asked("fluid step", steps_ + 1);
+    steps_ += steps;
+  }
+
+  std::int64_t steps_at_once() const override { return blocking().steps; }
 
   void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
     const auto count = static_cast<std::int64_t>(nodes.size());
@@ -135,6 +156,33 @@ class PopulationFluid final : public Fluid {
   struct SlotPair {
     std::int64_t first, second;  // from base()
   };
+
+  void count_work(std::int64_t steps) const {
+    work::add_nodes(static_cast<std::uint64_t>(steps * spec_.grid.count()),
+                    2 * Q * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
+  }
+
+  RowGrid row_grid() const { return {lattice_.ny, lattice_.nz}; }
+
+  /// Cut links, and openings, which look at nodes next to them, are not done row by row.
+  Blocking blocking() const {
+    const auto rises = [](const Gain& gain) { return gain.inflow != nullptr; };
+    if (!links_.empty() || !outlets_.empty() || std::any_of(gains_.begin(), gains_.end(), rises)) {
+      return {1, lattice_.ny};
+    }
+    if (spec_.blocking) return *spec_.blocking;
+    return blocking_for(row_grid(), Q * lattice_.nx * std::int64_t{sizeof(Real)}, omp_get_max_threads());
+  }
+
+  /// What moving walls add to rows that have just made a step. It stands in a slot of the same node after
+  /// either kind of step.
+  void gain(std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
+    const auto before = [](const Gain& gain, std::int64_t node) { return gain.node < node; };
+    const std::int64_t end = lattice_.nx * (y_end + lattice_.ny * z);
+    auto at =
+        std::lower_bound(gains_.begin(), gains_.end(), lattice_.nx * (y_begin + lattice_.ny * z), before);
+    for (; at != gains_.end() && at->node < end; ++at) *slot(at->q, at->node) += static_cast<Real>(at->value);
+  }
 
   /// Populations of each node before the step to come.
   template <class At>

@@ -142,9 +142,9 @@ struct Step {
   }
 
   template <class Force>
-  static void plane(const Lattice<Real>& lattice, std::int64_t z) {
+  static void rows(const Lattice<Real>& lattice, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
     const std::int64_t n = lattice.nx / lanes;
-    for (std::int64_t y = 0; y < lattice.ny; ++y) {
+    for (std::int64_t y = y_begin; y < y_end; ++y) {
       const Row<Real> row = row_at(lattice, y, z);
       if constexpr (odd) {
         if (row.back != 0) {
@@ -156,44 +156,29 @@ struct Step {
     }
   }
 
-  /// Each thread takes planes of its own, and no slot is another's.
-  template <class Force>
-  static void all(const Lattice<Real>& lattice) {
-#pragma omp parallel if (lattice.nx * lattice.ny * lattice.nz >= worth_threads)
-    {
-      const FlushSubnormals flush;
-#pragma omp for schedule(static)
-      for (std::int64_t z = 0; z < lattice.nz; ++z) {
-        if (!stop::asked()) plane<Force>(lattice, z);
-      }
-    }
-  }
-
-  static void run(const Lattice<Real>& lattice) {
-    if (!lattice.forced) return all<NoForce>(lattice);
-    visit(lattice.scheme, [&](auto force) { all<decltype(force)>(lattice); });
+  static Rows<Real> of(const Lattice<Real>& lattice) {
+    if (!lattice.forced) return rows<NoForce>;
+    return visit(lattice.scheme, [](auto force) -> Rows<Real> { return rows<decltype(force)>; });
   }
 };
 
 template <class Real, int lanes>
-void sweep_with(const Lattice<Real>& lattice, bool odd) {
+Rows<Real> rows_with(const Lattice<Real>& lattice, bool odd) {
   if (lattice.closed[0]) {
-    odd ? Step<Real, lanes, true, true>::run(lattice) : Step<Real, lanes, false, true>::run(lattice);
-  } else {
-    odd ? Step<Real, lanes, true, false>::run(lattice) : Step<Real, lanes, false, false>::run(lattice);
+    return odd ? Step<Real, lanes, true, true>::of(lattice) : Step<Real, lanes, false, true>::of(lattice);
   }
+  return odd ? Step<Real, lanes, true, false>::of(lattice) : Step<Real, lanes, false, false>::of(lattice);
 }
 
 template <class Real>
 constexpr int max_lanes = static_cast<int>(register_bytes / sizeof(Real));
 
 template <class Real, int lanes>
-void choose(const Lattice<Real>& lattice, bool odd) {
-  if (lattice.lanes == lanes) {
-    sweep_with<Real, lanes>(lattice, odd);
-  } else if constexpr (lanes > 1) {
-    choose<Real, lanes / 2>(lattice, odd);
+Rows<Real> choose(const Lattice<Real>& lattice, bool odd) {
+  if constexpr (lanes > 1) {
+    if (lattice.lanes != lanes) return choose<Real, lanes / 2>(lattice, odd);
   }
+  return rows_with<Real, lanes>(lattice, odd);
 }
 
 }  // namespace
@@ -206,12 +191,28 @@ int lanes_for(std::int64_t nx) {
 }
 
 template <class Real>
+Rows<Real> rows_of(const Lattice<Real>& lattice, bool odd) {
+  return choose<Real, max_lanes<Real>>(lattice, odd);
+}
+
+template <class Real>
 void sweep(const Lattice<Real>& lattice, bool odd) {
-  choose<Real, max_lanes<Real>>(lattice, odd);
+  const Rows<Real> rows = rows_of(lattice, odd);
+  // Each thread takes planes of its own, and no slot is another's.
+#pragma omp parallel if (lattice.nx * lattice.ny * lattice.nz >= worth_threads)
+  {
+    const FlushSubnormals flush;
+#pragma omp for schedule(static)
+    for (std::int64_t z = 0; z < lattice.nz; ++z) {
+      if (!stop::asked()) rows(lattice, z, 0, lattice.ny);
+    }
+  }
 }
 
 template int lanes_for<double>(std::int64_t);
 template int lanes_for<float>(std::int64_t);
+template Rows<double> rows_of(const Lattice<double>&, bool);
+template Rows<float> rows_of(const Lattice<float>&, bool);
 template void sweep<double>(const Lattice<double>&, bool);
 template void sweep<float>(const Lattice<float>&, bool);
 

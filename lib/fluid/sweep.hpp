@@ -48,6 +48,15 @@ struct Lattice {
 template <class Real>
 int lanes_for(std::int64_t nx);
 
+/// One step of the rows y_begin to y_end - 1 of plane z, by one thread. They may be made in any order in
+/// which each comes after the step before of the rows beside it, round the box's edges too.
+template <class Real>
+using Rows = void (*)(const Lattice<Real>& lattice, std::int64_t z, std::int64_t y_begin, std::int64_t y_end);
+
+/// The loop that is compiled for this lattice and a step of that parity.
+template <class Real>
+Rows<Real> rows_of(const Lattice<Real>& lattice, bool odd);
+
 /// One step of all nodes. `odd`: the step's parity. Subnormal numbers are taken as zero. Once a stop
 /// is asked for it leaves the rest of the planes as they are: the fluid is then of no use.
 template <class Real>

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/reduce.hpp"
@@ -50,14 +51,27 @@ void Run::interrupt(const NumericalFailure& why) const {
 
 void Run::advance(std::int64_t steps, std::int64_t planned) {
   guarded([&] {
-    for (std::int64_t i = 0; i < steps; ++i) {
-      simulation_.advance();
+    const std::int64_t end = simulation_.steps() + steps, at_once = simulation_.steps_at_once();
+    while (simulation_.steps() < end) {
+      simulation_.advance(steps_to_next(std::min(at_once, end - simulation_.steps())));
       if (simulation_.steps() % spec_.every == 0) check_now();
       observe(false);
       progress_.show(name_.empty() ? "steps" : name_, static_cast<std::size_t>(simulation_.steps()),
                      static_cast<std::size_t>(planned));
     }
   });
+}
+
+// Until a check or an observer is due, at most so many.
+std::int64_t Run::steps_to_next(std::int64_t most) const {
+  const auto is_due = [this](std::int64_t step) {
+    return step % spec_.every == 0 ||
+           std::any_of(observers_.begin(), observers_.end(),
+                       [=](const Observer& observer) { return observer.due.at(step); });
+  };
+  std::int64_t steps = 1;
+  while (steps < most && !is_due(simulation_.steps() + steps)) ++steps;
+  return steps;
 }
 
 void Run::finish() {

@@ -67,6 +67,7 @@ class Run {
   void check_now();
   void observe(bool at_end);
   void warn_of_contacts();
+  std::int64_t steps_to_next(std::int64_t most) const;
 
   scene::Simulation& simulation_;
   MonitorSpec spec_;

@@ -68,7 +68,20 @@ fluid::NodeForces Simulation::on_fluid() {
   return {sum_->nodes(), &sum_->force()};
 }
 
-void Simulation::advance() {
+std::int64_t Simulation::steps_at_once() const { return is_bare_fluid() ? fluid_->steps_at_once() : 1; }
+
+void Simulation::advance(std::int64_t steps) {
+  if (!is_bare_fluid()) {
+    for (std::int64_t i = 0; i < steps; ++i) step();
+    return;
+  }
+  Stopwatch watch;
+  fluid_->advance(steps);
+  watch.lap(seconds_.fluid);
+  steps_ += steps;
+}
+
+void Simulation::step() {
   if (!fluid_) {  // nothing to tell the solid's time from, and each look at the clocks is a call of the
                   // system
     for (const auto& body : bodies_) body->move();

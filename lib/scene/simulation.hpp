@@ -42,8 +42,12 @@ class Simulation {
   /// NumericalFailure.
   explicit Simulation(Scene scene);
 
-  /// One step. Throws NumericalFailure with the step when a bond, an angle or a marker leaves its range.
-  void advance();
+  /// So many steps. Throws NumericalFailure with the step when a bond, an angle or a marker leaves its range.
+  void advance(std::int64_t steps = 1);
+
+  /// How many steps advance() makes best at once; the results are the same. 1 where anything but a fluid
+  /// takes part in each.
+  std::int64_t steps_at_once() const;
 
   /// The state between two steps, and back to one of the same scene: the run then goes on bit by bit as it
   /// went from there. What the last step exchanged is no part of it and is not known until the next.
@@ -71,7 +75,9 @@ class Simulation {
   const Seconds& seconds() const { return seconds_; }
 
  private:
+  bool is_bare_fluid() const { return fluid_ && bodies_.empty() && !uniform_; }
   fluid::NodeForces on_fluid();
+  void step();
 
   std::int64_t steps_ = 0;
   std::unique_ptr<fluid::Fluid> fluid_;              // null without one

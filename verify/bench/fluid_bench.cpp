@@ -4,6 +4,10 @@
 // step, 240 bytes a node for double, 120 for float; of moments (tau = 1) 64 and 32. The machine's own rate
 // for that is measured by updating a large array in place, alternately with the kernel, because shared
 // machines change their speed within seconds.
+//
+// Where several steps are made at once the arithmetic is the other limit: the rate of a box that the largest
+// cache holds. How many steps and rows follow from the cache's size; a short search says whether others would
+// be faster.
 #include <fmt/format.h>
 #include <omp.h>
 
@@ -13,6 +17,7 @@
 #include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <optional>
 
 #include "base/memory.hpp"
 #include "fluid/fluid.hpp"
@@ -69,13 +74,19 @@ struct Run {
   fluid::Storage storage;
   bool walls_and_force;
   fluid::Representation representation;
+  std::optional<fluid::Blocking> blocking{};  // absent: one step after the other
 };
 
 std::string box_name(const Run& run) { return fmt::format("{}x{}x{}", run.box[0], run.box[1], run.box[2]); }
 
+std::string blocking_name(const Run& run) {
+  return run.blocking ? fmt::format(", {} x {} rows", run.blocking->steps, run.blocking->rows) : "";
+}
+
 fluid::Spec spec_of(const Run& run) {
   fluid::Spec spec{.grid = {run.box}, .relaxation_time = 1.0, .storage = run.storage};
   spec.representation = run.representation;
+  spec.blocking = run.blocking;
   if (run.walls_and_force) {
     spec.body_force = {0.0, 0.0, 1e-7};
     for (auto& walls : spec.walls) walls = fluid::Walls{};
@@ -118,13 +129,16 @@ class Trial {
     fluid_->start([&](std::int64_t node) { return start_at(grid, node); });
   }
 
-  /// Pairs of steps, because odd and even ones move different data; as many as move what the memory's own
-  /// measurement moves, for the best of longer spans would not be as good as that of short ones.
+  /// Blocks of steps, or pairs of steps, because odd and even ones move different data; as many as move what
+  /// the memory's own measurement moves, for the best of longer spans would not be as good as that of short
+  /// ones.
   void measure(const Memory& memory) {
     const auto nodes = static_cast<double>(fluid_->spec().grid.count());
     const auto pairs = std::max<std::int64_t>(1, std::llround(Memory::bytes / (nodes * bytes_per_node())));
-    rates_.push_back(2.0 * static_cast<double>(pairs) * nodes * 1e-6 / seconds_of([&] {
-                       for (std::int64_t step = 0; step < 2 * pairs; ++step) fluid_->collide_and_stream();
+    const std::int64_t steps = run_.blocking ? 2 * run_.blocking->steps : 2 * pairs;
+    rates_.push_back(static_cast<double>(steps) * nodes * 1e-6 / seconds_of([&] {
+                       if (run_.blocking) return fluid_->advance(steps);
+                       for (std::int64_t step = 0; step < steps; ++step) fluid_->collide_and_stream();
                      }));
     fractions_.push_back(rates_.back() / limit(memory.last_update));
   }
@@ -133,16 +147,19 @@ class Trial {
     const double mlups = *std::max_element(rates_.begin(), rates_.end());
     const double fraction = mlups / limit(memory.update);
     fmt::print(
-        "{:>12} {:6} {:11}{:18} {:7.1f} MLUPS (median {:.1f})  {:5.1f} GB/s in place, {:5.1f} copied  "
+        "{:>12} {:6} {:11}{:16}{:18} {:7.1f} MLUPS (median {:.1f})  {:5.1f} GB/s in place, {:5.1f} copied  "
         "fraction "
         "{:.3f} (median {:.3f})\n",
-        box_name(run_), storage(), representation(), run_.walls_and_force ? ", 6 walls, force" : "", mlups,
-        median(rates_), memory.update, memory.copy, fraction, median(fractions_));
+        box_name(run_), storage(), representation(), blocking_name(run_),
+        run_.walls_and_force ? ", 6 walls, force" : "", mlups, median(rates_), memory.update, memory.copy,
+        fraction, median(fractions_));
     return {{"box", box_name(run_)},
             {"storage", storage()},
             {"representation", representation()},
             {"threads", omp_get_max_threads()},
-            {"blocked", false},
+            {"blocked", run_.blocking.has_value()},
+            {"steps_at_once", run_.blocking ? run_.blocking->steps : 1},
+            {"tile_rows", run_.blocking ? run_.blocking->rows : 0},
             {"walls_and_force", run_.walls_and_force},
             {"mlups", mlups},
             {"mlups_median", median(rates_)},
@@ -153,6 +170,8 @@ class Trial {
             {"fraction_of_limit_median", median(fractions_)},
             {"checksum", checksum(*fluid_)}};
   }
+
+  double median_rate() const { return median(rates_); }
 
   /// Speed over that of another, round by round: the median.
   double over(const Trial& other) const {
@@ -183,18 +202,61 @@ class Trial {
   std::vector<double> fractions_;  // of the limit measured just before
 };
 
+std::int64_t row_bytes(const Run& run) { return fluid::Q * run.box[0] * fluid::bytes_of(run.storage); }
+
+/// What the caches suggest; nothing where that is a step at a time.
+std::optional<fluid::Blocking> suggested(const Run& run) {
+  const fluid::Blocking blocking =
+      fluid::blocking_for({run.box[1], run.box[2]}, row_bytes(run), omp_get_max_threads());
+  return blocking.steps > 1 ? std::optional(blocking) : std::nullopt;
+}
+
+/// A box of the same rows that takes a third of the largest cache.
+Run held_by_cache(Run run) {
+  const auto rows = static_cast<double>(largest_cache().bytes / 3 / row_bytes(run));
+  run.box[1] = run.box[2] = std::max<std::int64_t>(1, std::llround(std::sqrt(rows)));
+  run.blocking = {};
+  return run;
+}
+
+/// Half and twice the steps and the rows that the caches suggest: the median of three measurements each.
+void search(const Run& run, const Memory& memory) {
+  const fluid::Blocking from = *run.blocking;
+  std::vector<std::pair<double, fluid::Blocking>> found;
+  for (const std::int64_t steps : {from.steps / 2, from.steps, 2 * from.steps}) {
+    for (const std::int64_t rows : {from.rows / 2, from.rows, 2 * from.rows}) {
+      Run other = run;
+      other.blocking = {std::max<std::int64_t>(2, steps), std::max<std::int64_t>(1, rows)};
+      Trial trial(other);
+      for (int repeat = 0; repeat < 3; ++repeat) trial.measure(memory);
+      found.emplace_back(trial.median_rate(), *other.blocking);
+    }
+  }
+  for (const auto& [rate, blocking] : found) {
+    fmt::print("search: {} steps x {} rows {:.1f} MLUPS\n", blocking.steps, blocking.rows, rate);
+  }
+}
+
 /// Populations and moments, bare and with walls and force, alternately with the memory. A fraction of the
 /// limit is best over best; where the machine changes its speed meanwhile, the median over the rounds is to
 /// be trusted.
-void measure(const std::array<std::int64_t, 3>& box, fluid::Storage storage, Memory& memory,
+void measure(const std::array<std::int64_t, 3>& box, fluid::Storage storage, bool is_searched, Memory& memory,
              nlohmann::json& runs) {
   constexpr auto populations = fluid::Representation::Populations;
   constexpr auto moments = fluid::Representation::Moments;
-  Trial bare({box, storage, false, populations});
-  Trial bare_moments({box, storage, false, moments});
+  Run run{box, storage, false, populations};
+  Trial bare(run);
   Trial walled({box, storage, true, populations});
+  Trial bare_moments({box, storage, false, moments});
   Trial walled_moments({box, storage, true, moments});
-  const std::array trials{&bare, &bare_moments, &walled, &walled_moments};
+  std::vector trials{&bare, &bare_moments, &walled, &walled_moments};
+  run.blocking = suggested(run);
+  std::optional<Trial> blocked, blocked_walled, cached;
+  if (run.blocking) {
+    trials.push_back(&blocked.emplace(run));
+    trials.push_back(&blocked_walled.emplace(Run{box, storage, true, populations, run.blocking}));
+    trials.push_back(&cached.emplace(held_by_cache(run)));
+  }
   memory.update = memory.copy = 0.0;
   for (int repeat = 0; repeat < 10; ++repeat) {
     for (Trial* trial : trials) {
@@ -203,10 +265,22 @@ void measure(const std::array<std::int64_t, 3>& box, fluid::Storage storage, Mem
     }
   }
   for (const Trial* trial : trials) runs.push_back(trial->report(memory));
-  runs[runs.size() - 3]["over_populations"] = bare_moments.over(bare);
-  runs[runs.size() - 1]["over_populations"] = walled_moments.over(walled);
+  nlohmann::json* const of = &runs[runs.size() - trials.size()];
+  of[1]["over_populations"] = bare_moments.over(bare);
+  of[3]["over_populations"] = walled_moments.over(walled);
   fmt::print("moments over populations, medians: bare {:.2f}, with walls and force {:.2f}\n",
              bare_moments.over(bare), walled_moments.over(walled));
+  if (!run.blocking) return;
+  of[4]["over_single_steps"] = blocked->over(bare);
+  of[4]["over_cached"] = blocked->over(*cached);
+  of[5]["over_single_steps"] = blocked_walled->over(walled);
+  of[5]["over_bare"] = blocked_walled->over(*blocked);
+  fmt::print(
+      "{} steps at once by tiles of {} rows, medians: over single steps {:.2f}, over the rate in the cache "
+      "{:.2f}; walls and force {:.2f} of bare\n",
+      run.blocking->steps, run.blocking->rows, blocked->over(bare), blocked->over(*cached),
+      blocked_walled->over(*blocked));
+  if (is_searched) search(run, memory);
 }
 
 std::array<std::int64_t, 3> parse_box(const std::string& text) {
@@ -228,6 +302,8 @@ int main(int argc, char** argv) {
   std::string box, storage, output;
   app.add_option("--box", box, "one box only, such as 64x416x400");
   app.add_option("--storage", storage, "one storage only")->check(CLI::IsMember({"double", "float"}));
+  bool is_searched = false;
+  app.add_flag("--search", is_searched, "look for better numbers of steps at once and of rows");
   app.add_option("--output", output, "JSON file");
   try {
     app.parse(argc, argv);
@@ -240,7 +316,7 @@ int main(int argc, char** argv) {
     for (const auto& size : boxes) {
       for (const fluid::Storage kind : {fluid::Storage::Double, fluid::Storage::Float}) {
         if (storage == (kind == fluid::Storage::Double ? "float" : "double")) continue;
-        measure(size, kind, memory, runs);
+        measure(size, kind, is_searched, memory, runs);
         best = std::max(best, memory.update);
       }
     }

@@ -140,7 +140,8 @@ void advance_with_checkpoints(const SceneStudy& study, Running& running, engine:
   while (running.simulation.steps() < study.steps) {
     {
       const stop::Held whole_step;
-      running.run.advance(1, study.steps);
+      const std::int64_t left = study.steps - running.simulation.steps();
+      running.run.advance(std::min(left, running.simulation.steps_at_once()), study.steps);
     }
     const bool is_last = running.simulation.steps() == study.steps;
     if (!is_last && (stop::asked() || checkpoints.is_due(*study.checkpoint))) {
