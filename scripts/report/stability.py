@@ -27,7 +27,10 @@ def is_stiffness_search(record):
 def coupled_stiffness(result, record):
     """The stiffest coupled body against the last axis of numbers, by law and sub-steps; bars over all other axes."""
     names = list(record.columns)
-    axis = [name for name in names[: names.index("boundary")] if record[name].dtype.kind in "iuf" and name != SUBSTEPS][-1]
+    axes = [name for name in names[: names.index("boundary")] if record[name].dtype.kind in "iuf" and name != SUBSTEPS]
+    if not axes:
+        return studies.outcome_boundary(result, record)
+    axis = axes[-1]
     ways = list(dict.fromkeys(record[FOLLOWING])) if record.has(FOLLOWING) else [None]
     drawing, panels = canvas(len(ways), height=1.2 + 2.4 * len(ways), sharex=True)
     handles, hints = [], []
@@ -40,9 +43,10 @@ def coupled_stiffness(result, record):
                 found = [record["boundary"][rows & (record[axis] == at)] for at in x]
                 low, high = (np.array([bound(values) for values in found]) for bound in (np.nanmin, np.nanmax))
                 middle = np.sqrt(low * high)
-                line = panel.errorbar(x, middle, yerr=(middle - low, high - middle), fmt=marker + "-", color=f"C{number}", label=f"{law}, {substeps:g}")
+                line = panel.plot(x, middle, marker + "-", color=f"C{number}", label=f"{law}, {substeps:g} sub-step{'s' if substeps > 1 else ''}")
+                panel.errorbar(x, middle, yerr=(middle - low, high - middle), fmt="none", ecolor=f"C{number}")
                 if panel is panels[0]:
-                    handles.append(line)
+                    handles += line
                 for at, a, b in zip(x, low, high):
                     hints.append((panel, at, np.sqrt(a * b), f"{law}, {substeps:g} sub-steps, {axis} {at:g}: {a:.3g} to {b:.3g}"))
         panel.set_yscale("log")
