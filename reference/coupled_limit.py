@@ -175,8 +175,9 @@ def limits_of_spacing():
             unstable = lambda V: growth(K, A, nodes, range(3 * len(nodes)), r0**3, V, 8, live) > GROWS
             if unstable(1e-3):
                 continue
-            at = boundary(unstable, 1e-3, 32.0, 1e-3)
-            show(f"volume_{text.replace('.', '_')}_{way(8, live)}", at, "L^3", "largest stable marker volume")
+            at = boundary(unstable, 1e-3, 256.0, 1e-3)
+            name = f"volume_{text.removesuffix('.0').replace('.', '_')}_{'subcycled' if live else 'frozen'}"
+            show(name, at, "L^3", f"largest stable marker volume at a spacing of {text}, 8 sub-steps")
 
 
 if __name__ == "__main__":
