@@ -376,6 +376,30 @@ class LeftOut(unittest.TestCase):
                 self.assertIn(said, page_of(folder))
 
 
+class Motive(unittest.TestCase):
+    def test_laws_are_compared_under_the_same_conditions_and_what_never_stands_is_counted(self):
+        sys.path.insert(0, str(REPORT.parent))
+        from report import motive
+        from veriflex import results
+
+        table = {"body.0.name": ["harmonic"] * 3 + ["fene-lj"] * 3, "body.0.coupling.subcycled": ["false", "true", "true"] * 2}
+        table |= {"body.0.substeps": [1, 4, 4] * 2, "fluid.relaxation_time": [1.0, 0.6, 1.0] * 2, "boundary": [2.0, 4.0, 8.0, 1.0, np.nan, 8.0]}
+        table |= {"outcome_behind": ["mach"] * 3 + ["bond"] * 3}
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "limit", "measured", records=[("outcome_boundary", table)])
+            with h5py.File(Path(folder) / "limit.h5", "r+") as file:
+                file["records/outcome_boundary"].attrs["title"] = "Where the outcome changes along body.0.stiffness, from 1 on"
+                file.attrs.create("topics", np.array(["coupling"], dtype=object), dtype=TEXT)
+            seal(Path(folder) / "limit.h5")
+            rows = motive.rows([results.read_file(Path(folder) / "limit.h5")])
+        found = [(row.where, row.ratios, row.lost, row.gained, row.ends) for row in rows]
+        ends = ("mach", "bond")
+        self.assertEqual(found, [("1 sub-step", (0.5,), 0, 0, ends), ("4 sub-steps, force following", (1.0,), 1, 0, ends)])
+        (sentence,) = motive.sentences(rows)
+        self.assertIn("of 3 conditions FENE-LJ bonds carry stiffer bodies than harmonic ones under 0, as stiff ones under 1, softer ones under 1", sentence)
+        self.assertIn("under 1 they fail at every stiffness tried", sentence)
+
+
 class Cost(unittest.TestCase):
     def test_prices_and_exponents_are_those_of_the_rows(self):
         nodes = np.array([10.0, 100.0, 1000.0])

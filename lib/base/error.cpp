@@ -65,6 +65,8 @@ std::string to_string(FailureMode mode) {
       return "energy";
     case FailureMode::Unphysical:
       return "unphysical";
+    case FailureMode::Buckled:
+      return "buckled";
     case FailureMode::Other:
       break;
   }

@@ -50,6 +50,7 @@ enum class FailureMode {
   Coupling,      // an exchange with the fluid that grows
   Energy,        // a body whose energy comes from nowhere
   Unphysical,    // a state that no solid of its kind has, which its law allows
+  Buckled,       // a column that has given way sideways
   Other
 };
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "base/error.hpp"
@@ -38,8 +39,13 @@ BodyCheck::BodyCheck(const scene::MovingBody& body, const BodyLimits& limits) : 
     start_ = energy();
     put_in_ = start_ + work_of_load(body) - undeformed_energy(body);
   }
-  if (!limits.physical) return;
   const solid::Network& network = body.network();
+  if (limits.buckled > 0.0) {
+    const auto along = network.rest.col(body.spec().axis);
+    const double first = along.minCoeff();
+    for (const double place : along) section_of_.push_back(std::llround((place - first) / network.spacing));
+  }
+  if (!limits.physical) return;
   std::vector<std::vector<std::size_t>> from(static_cast<std::size_t>(network.node_count()));
   for (std::size_t b = 0; b < network.bonds.size(); ++b) {
     from[static_cast<std::size_t>(network.bonds[b].first)].push_back(b);
@@ -54,6 +60,7 @@ BodyCheck::BodyCheck(const scene::MovingBody& body, const BodyLimits& limits) : 
 
 void BodyCheck::look(std::int64_t step) {
   if (limits_.energy_growth > 0.0) look_at_energy(step);
+  if (limits_.buckled > 0.0) look_for_buckling(step);
   if (limits_.physical) look_at_shape(step);
 }
 
@@ -70,6 +77,32 @@ void BodyCheck::look_at_energy(std::int64_t step) {
           "(monitor.energy_growth times what was put in)",
           step, body_.name(), departure, bound),
       FailureMode::Energy);
+}
+
+void BodyCheck::look_for_buckling(std::int64_t step) const {
+  const auto nodes = static_cast<Eigen::Index>(section_of_.size());
+  const Eigen::Index last = *std::max_element(section_of_.begin(), section_of_.end());
+  Positions centre = Positions::Zero(last + 1, 3);
+  Eigen::VectorXd count = Eigen::VectorXd::Zero(last + 1);
+  for (Eigen::Index node = 0; node < nodes; ++node) {
+    const Eigen::Index section = section_of_[static_cast<std::size_t>(node)];
+    centre.row(section) += body_.network().rest.row(node) + body_.solid().displacement().row(node);
+    count[section] += 1.0;
+  }
+  for (Eigen::Index section = 0; section <= last; ++section) centre.row(section) /= count[section];
+  const double length = static_cast<double>(last) * body_.network().spacing;
+  const Vec3 line = centre.row(last) - centre.row(0);
+  if (!(line.norm() < length)) return;
+  for (Eigen::Index section = 1; section < last; ++section) {
+    const Vec3 from_end = centre.row(section) - centre.row(0);
+    const double deflection = (from_end - line * (from_end.dot(line) / line.squaredNorm())).norm() / length;
+    if (deflection <= limits_.buckled) continue;
+    throw NumericalFailure(
+        fmt::format("step {}: {} has buckled: section {} stands {:.3g} of its length off the line between "
+                    "its ends, the limit is {} (monitor.buckled)",
+                    step, body_.name(), section, deflection, limits_.buckled),
+        FailureMode::Buckled);
+  }
 }
 
 void BodyCheck::look_at_shape(std::int64_t step) const {

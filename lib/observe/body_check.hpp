@@ -1,5 +1,5 @@
-/// Checks of a body that moves by its own forces alone: energy that comes from nowhere, and states that its
-/// bond law allows and no solid of its kind has.
+/// Checks of a body that moves by its own forces alone: energy that comes from nowhere, a column that gives
+/// way sideways, and states that its bond law allows and no solid of its kind has.
 #pragma once
 
 #include <cstdint>
@@ -17,8 +17,11 @@ struct BodyLimits {
   /// Whether a bond longer than twice its undeformed length, or a cell of the lattice turned inside out, ends
   /// the run: a harmonic bond has no limit of its own.
   bool physical = false;
+  /// How far the centre of a cross-section of a body may stand from the line between those of its first and
+  /// last one, over its undeformed length, while that line is shorter than undeformed. 0: not looked at.  [1]
+  double buckled = 0.0;
 
-  bool any() const { return energy_growth > 0.0 || physical; }
+  bool any() const { return energy_growth > 0.0 || physical || buckled > 0.0; }
 };
 
 class BodyCheck {
@@ -26,7 +29,7 @@ class BodyCheck {
   /// Of that body as it starts, which must outlive the check.
   BodyCheck(const scene::MovingBody& body, const BodyLimits& limits);
 
-  /// Throws NumericalFailure (FailureMode::Energy, ::Unphysical) with step and place.
+  /// Throws NumericalFailure (FailureMode::Energy, ::Buckled, ::Unphysical) with step and place.
   void look(std::int64_t step);
 
   /// Largest work of the dead load so far, all that later looks depend on beside the body  [M L^2 T^-2].
@@ -41,6 +44,7 @@ class BodyCheck {
   };
 
   void look_at_energy(std::int64_t step);
+  void look_for_buckling(std::int64_t step) const;
   void look_at_shape(std::int64_t step) const;
   double energy() const;
 
@@ -50,6 +54,7 @@ class BodyCheck {
   double put_in_ = 0.0;     // of it, what is not there undeformed and at rest
   double load_work_ = 0.0;  // largest so far
   std::vector<CellCorner> corners_;
+  std::vector<Eigen::Index> section_of_;  // by node, along the body's own axis
 };
 
 }  // namespace veriflex::observe

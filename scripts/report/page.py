@@ -11,13 +11,14 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, cache, cost, drawing, figures, findings, leave_out, overview, stability, studies, text, topics
+from report import bond, cache, cost, drawing, figures, findings, leave_out, motive, overview, stability, studies, text, topics
 from veriflex import results
 
 HERE = Path(__file__).parent
 SECTIONS = {
     "ledger": "What the paper states",
     "accuracy": "What accuracy costs",
+    "motive": "The paper’s motive",
     "stability": "Stiffness by law",
     "left-out": "Parts left out",
     "cost": "Cost by size",
@@ -167,8 +168,9 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
     law_figures = [drawn for drawn in side_figures if drawn is not None]
     left_out = tried(leave_out.rows, results_read, [])
     stiffness = tried(stability.compared, results_read, [])
+    motives = tried(motive.rows, results_read, [])
     growth, answers = tried(cost.growth, results_read, []), tried(studies.answers, results_read, [])
-    there = dict(zip(SECTIONS, (entries, answers, stiffness, left_out, growth, law_figures)))
+    there = dict(zip(SECTIONS, (entries, answers, entries and motives, stiffness, left_out, growth, law_figures)))
     panels = [tried(panel, standing, None) for panel in overview.PANELS] if any(there[name] for name in PANELLED) else []
     page = environment().get_template("page.html.j2").render(
         results=results_read,
@@ -204,6 +206,9 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         left_out=left_out,
         left_out_sentences=tried(leave_out.sentences, left_out, []) if left_out else [],
         left_out_effect=leave_out.effect,
+        motives=motives,
+        motive_sentences=tried(motive.sentences, motives, []) if motives else [],
+        motive_statements=motive.statements(entries),
         stable_where=tried(stability.stable_where, results_read, []),
         stiffness=stiffness,
         stiffness_sentences=stability.sentences(stiffness) if stiffness else [],

@@ -11,11 +11,51 @@ from report import studies
 from report.drawing import HEIGHT, WIDTH, Figure, canvas, inline_svg, legend_above, markers
 
 KEY, LAW, PHYSICAL = "body.0.node_mass", "body.0.name", "monitor.physical"
+STIFFNESS, FOLLOWING, SUBSTEPS = "body.0.stiffness", "body.0.coupling.subcycled", "body.0.substeps"
 
 
 def is_search(record):
     """Whether a boundary is that of the node mass of bodies that differ in their bond law."""
     return record is not None and record.has(LAW, "boundary") and f"along {KEY}," in record.title
+
+
+def is_stiffness_search(record):
+    """Whether a boundary is that of the stiffness of bodies that differ in their bond law."""
+    return record is not None and record.has(LAW, "boundary") and f"along {STIFFNESS}," in record.title
+
+
+def coupled_stiffness(result, record):
+    """The stiffest coupled body against the last axis of numbers, by law and sub-steps; bars over all other axes."""
+    names = list(record.columns)
+    axes = [name for name in names[: names.index("boundary")] if record[name].dtype.kind in "iuf" and name != SUBSTEPS]
+    if not axes:
+        return studies.outcome_boundary(result, record)
+    axis = axes[-1]
+    ways = list(dict.fromkeys(record[FOLLOWING])) if record.has(FOLLOWING) else [None]
+    drawing, panels = canvas(len(ways), height=1.2 + 2.4 * len(ways), sharex=True)
+    handles, hints = [], []
+    for panel, way in zip(panels, ways):
+        here = np.full(len(record), True) if way is None else record[FOLLOWING] == way
+        for number, law in enumerate(dict.fromkeys(record[LAW])):
+            for marker, substeps in zip(markers(), sorted(set(record[SUBSTEPS]))):
+                rows = here & (record[LAW] == law) & (record[SUBSTEPS] == substeps)
+                x = np.array(sorted(set(record[axis][rows])))
+                found = [record["boundary"][rows & (record[axis] == at)] for at in x]
+                low, high = (np.array([bound(values) for values in found]) for bound in (np.nanmin, np.nanmax))
+                middle = np.sqrt(low * high)
+                line = panel.plot(x, middle, marker + "-", color=f"C{number}", label=f"{law}, {substeps:g} sub-step{'s' if substeps > 1 else ''}")
+                panel.errorbar(x, middle, yerr=(middle - low, high - middle), fmt="none", ecolor=f"C{number}")
+                if panel is panels[0]:
+                    handles += line
+                for at, a, b in zip(x, low, high):
+                    hints.append((panel, at, np.sqrt(a * b), f"{law}, {substeps:g} sub-steps, {axis} {at:g}: {a:.3g} to {b:.3g}"))
+        panel.set_yscale("log")
+        panel.set_ylabel("stiffest body carried" + {"false": ", force frozen", "true": ", force following"}.get(str(way), "") + " [1]")
+        panel.margins(x=0.06, y=0.1)
+    panels[-1].set_xlabel(axis.replace("_", " "))
+    legend_above(panels[0], handles)
+    caption = f"{result.title}. Over E = 0.26, by law and sub-steps; bars: over the other axes of the search."
+    return Figure(caption, inline_svg(drawing, caption, hints))
 
 
 def disturbance(record):
@@ -54,7 +94,9 @@ def name_of(axis):
 
 def stiffness_limit(result, record, width=WIDTH, height=HEIGHT):
     """How stiff a body may be against how much it is disturbed; any other search for a boundary as it is."""
-    if not is_search(record) or disturbance(record) is None:
+    if is_stiffness_search(record) and record.has(SUBSTEPS):
+        return coupled_stiffness(result, record)
+    if not is_search(record) or disturbance(record) is None or disturbance(record) == SUBSTEPS:
         return studies.outcome_boundary(result, record)
     axis = disturbance(record)
     drawing, (panel,) = canvas(width=width, height=height)
@@ -97,7 +139,7 @@ def searches(results):
 
 def maps(results, most=2):
     """Results of the searches with the most rows: of bodies in motion before those that are held."""
-    found = [result for result in searches(results) if disturbance(result.records["outcome_boundary"]) is not None]
+    found = [result for result in searches(results) if disturbance(result.records["outcome_boundary"]) not in (None, SUBSTEPS)]
     return sorted(found, key=lambda result: ("prestrain" in result.id, -len(result.records["outcome_boundary"])))[:most]
 
 
@@ -112,7 +154,7 @@ def compared(results):
     for result in searches(results):
         record = result.records["outcome_boundary"]
         axis = disturbance(record)
-        if axis is None:
+        if axis in (None, SUBSTEPS):
             continue
         strict = {law: (x, stiffness, ends) for law, counts, x, stiffness, ends in limits_of(record) if counts}
         first, *others = strict

@@ -426,11 +426,8 @@ def outcome_boundary(result, record):
     handles = []
     for number, ((label, rows), marker) in enumerate(zip(list(lines(record, axes, x.name))[:MANY_LINES], markers())):
         middle, before, behind = (record[name][rows] for name in ("boundary", "before", "behind"))
-        handles.append(
-            panel.errorbar(
-                x.values[rows], middle, yerr=np.abs(behind - before) / 2, fmt=marker + "-", color=f"C{number}", label=label
-            )
-        )
+        handles += panel.plot(x.values[rows], middle, marker + "-", color=f"C{number}", label=label)
+        panel.errorbar(x.values[rows], middle, yerr=np.abs(behind - before) / 2, fmt="none", ecolor=f"C{number}")
     scale(panel, x.values, record["boundary"])
     panel.set_xlabel(x.name.replace("_", " "))
     panel.set_ylabel("boundary")

@@ -79,6 +79,14 @@ double read_angle_stiffness(const io::Table& top) {
   return stiffness;
 }
 
+double read_stiffness_factor(const io::Table& table) {
+  const double factor = table.number("stiffness", 1.0);
+  if (!(factor >= 1e-6) || factor > 1e6)
+    table.fail("stiffness", fmt::format("'stiffness' is {}", factor), "it lies between 1e-6 and 1e6",
+               "1 is the body's own");
+  return factor;
+}
+
 scene::SolidSpec read_solid(const io::Table& top, const bond::AnyLaw& law, double rest_length) {
   const io::Table table = top.table("solid");
   const std::string shape = table.choice("shape", {"pair", "chain", "bar", "rod"});

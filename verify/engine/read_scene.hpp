@@ -26,6 +26,9 @@ scene::SolidSpec read_solid_at_rest(const io::Table& top, const bond::AnyLaw& la
 /// [angle] alone: k_a, 0 when the table is absent  [M L^2 T^-2].
 double read_angle_stiffness(const io::Table& top);
 
+/// `stiffness`: a factor of all stiffnesses of a body, of bonds and angles; 1 without it.
+double read_stiffness_factor(const io::Table& table);
+
 /// [fluid]: `nodes`, `relaxation_time` and what else the box has. `nodes` and `relaxation_time` are left to
 /// the driver that varies them when `varied` says so: they are then 1 node and tau = 1.
 enum class Varied { Nothing, Nodes, NodesAndRelaxationTime };

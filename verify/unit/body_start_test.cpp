@@ -1,6 +1,8 @@
 // Bodies that start deformed or moving, and the checks of a body that moves by its own forces alone.
 #include <cmath>
 #include <functional>
+#include <numbers>
+#include <sstream>
 
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
@@ -147,6 +149,44 @@ TEST_CASE("A bond over twice its length and a cell turned inside out are no soli
   CHECK(end_of(turned, limits, 1) == std::nullopt);
 }
 
+TEST_CASE(
+    "A column whose middle leaves the line between its ends has buckled, a bent or moved body has not") {
+  const observe::BodyLimits limits{.buckled = 0.1};
+  const auto bowed = [](double strain, double bow) {  // of a column of 11 sections, clamped all over
+    scene::Body column = block({2, 2, 11});
+    column.conditions.fixed = solid::FixedDofs::Constant(44, 3, true);
+    Positions& u = column.start.displacement = Positions::Zero(44, 3);
+    const auto z = column.network.rest.col(2).array();
+    u.col(2) = strain * z;
+    u.col(0) = bow * (z * std::numbers::pi / 10.0).sin() + 0.3 * z;  // leaning, too
+    return column;
+  };
+  // Of the line that leans by 0.3 the bow stands off by cos(atan 0.3) = 0.958, at a length of 10.
+  CHECK(end_of(bowed(-0.1, 1.03), limits, 1) == std::nullopt);
+  CHECK(end_of(bowed(-0.1, 1.06), limits, 1) == FailureMode::Buckled);
+  CHECK(end_of(bowed(-0.1, 1.06), {}, 1) == std::nullopt);
+  CHECK(end_of(bowed(0.0, 3.0), limits, 1) == std::nullopt);  // its ends are as far apart as ever, or farther
+}
+
+TEST_CASE("A stiffness factor multiplies the energy of bonds and angles, exactly") {
+  const Folder folder;
+  const auto potential = [&](const std::string& more) {  // at the start
+    folder.write("bar.toml",
+                 bar("start = { noise = 0.01, strain = 0.02 }\nangle = { stiffness = 0.025 }\n" + more));
+    CHECK(folder.run({"run", "bar.toml"}).code == 0);
+    std::istringstream table(folder.run({"show", "results/bar.h5", "energies", "--csv"}).out);
+    std::string row, cell;
+    while (std::getline(table, row) && !row.starts_with("0,")) {
+    }
+    std::istringstream cells(row);
+    for (int i = 0; i < 4; ++i) std::getline(cells, cell, ',');
+    return std::stod(cell);
+  };
+  CHECK(potential("stiffness = 4.0\n") == 4.0 * potential(""));
+  folder.write("bar.toml", bar("stiffness = 0.0"));
+  CHECK_THAT(folder.run({"run", "bar.toml"}).err, ContainsSubstring("it lies between 1e-6 and 1e6"));
+}
+
 TEST_CASE("An impact of strain s moves its nodes with s r0 sqrt(k/m), and noise spares what is held") {
   const Folder folder;
   folder.write("bar.toml",
@@ -187,6 +227,7 @@ TEST_CASE("What bodies start with and are checked for is refused where it means 
              ContainsSubstring("the energy of 'bar' is not its own"));
   CHECK_THAT(message(bar("start = { noise = 0.01 }", "energy_growth = 0.0")),
              ContainsSubstring("no motion keeps"));
+  CHECK_THAT(message(bar("", "buckled = 1.0")), ContainsSubstring("a part of a column's length"));
   CHECK_THAT(message(bar("start = { noise = 0.0 }")), ContainsSubstring("'noise' is 0"));
   CHECK_THAT(message(bar("start = { strain = -1.0 }")), ContainsSubstring("turned inside out"));
   CHECK_THAT(message(bar(

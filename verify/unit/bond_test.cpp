@@ -126,7 +126,7 @@ TEST_CASE("Scaling eta and sigma by powers of two changes no dimensionless resul
 
 TEST_CASE("The derivation holds for any size of eta and sigma") {
   const Derivation unit = derive(fene_lj(1.0, 1.0));
-  for (const double eta : {1e-12, 3.7e-5, 0.000287, 1.9, 1e12}) {
+  for (const double eta : {1e-30, 1e-12, 3.7e-5, 0.000287, 1.9, 1e12, 1e30}) {
     for (const double sigma : {1e-6, 1.0407, 3e5}) {
       const Derivation d = derive(fene_lj(eta, sigma));
       CHECK(d.rest_length / sigma == Approx(unit.rest_length).epsilon(1e-15));

@@ -1,4 +1,8 @@
 // What is observed of a fluid, and the monitor over it.
+#include <map>
+#include <numbers>
+#include <sstream>
+
 #include "base/error.hpp"
 #include "catch.hpp"
 #include "fluid/obstacle.hpp"
@@ -201,6 +205,66 @@ TEST_CASE("A flow that breaks ends the run with step and place") {
   INFO(fast.err);
   CHECK(fast.code == 3);
   CHECK_THAT(fast.err, ContainsSubstring("the limit is 0.3 (monitor.mach_limit)"));
+}
+
+TEST_CASE("Two shear layers start as they are defined, along either axis of the plane") {
+  const unit::Folder folder;
+  constexpr double U = 0.04, k = 20.0, d = 0.05;
+  const auto probed = [&](const std::string& velocity, const std::string& along) {
+    folder.write("layers.toml", R"(schema = 2
+id = "layers"
+title = "Layers"
+question = "What flows?"
+equation = "Navier-Stokes"
+sources = []
+tier = "quick"
+topics = []
+driver = "scene"
+[fluid]
+nodes = [16, 16, 1]
+relaxation_time = 0.6
+initial = { flow = "double-shear-layer", velocity = )" +
+                                    velocity + ", along = \"" + along + R"(", steepness = 20.0 }
+[[observe]]
+what = "probe"
+every = 1
+point = [{ node = [2, 5, 0] }, { node = [5, 13, 0] }]
+[run]
+steps = 1
+)");
+    CHECK(folder.run({"run", "layers.toml"}).code == 0);
+    std::istringstream table(folder.run({"show", "results/layers.h5", "probe", "--csv"}).out);
+    std::string row, cell;
+    std::vector<std::string> names;
+    std::map<std::string, double> values;
+    while (std::getline(table, row) && row.starts_with('#')) {
+    }
+    std::istringstream head(row);
+    while (std::getline(head, cell, ',')) names.push_back(cell);
+    std::getline(table, row);  // of the start
+    std::istringstream first(row);
+    for (const std::string& name : names) {
+      std::getline(first, cell, ',');
+      values[name] = std::stod(cell);
+    }
+    return values;
+  };
+  const auto across = [&](double part) { return d * U * std::sin(2.0 * std::numbers::pi * (part + 0.25)); };
+  const auto x = probed("[0.04, 0.0, 0.0]", "y");
+  CHECK(x.at("velocity_x_0") == Approx(U * std::tanh(k * (5.0 / 16.0 - 0.25))).epsilon(1e-12));
+  CHECK(x.at("velocity_x_1") == Approx(U * std::tanh(k * (0.75 - 13.0 / 16.0))).epsilon(1e-12));
+  CHECK(x.at("velocity_y_0") == Approx(across(2.0 / 16.0)).epsilon(1e-12));
+  const auto y = probed("[0.0, -0.04, 0.0]", "x");
+  CHECK(y.at("velocity_y_0") == Approx(-U * std::tanh(k * (2.0 / 16.0 - 0.25))).epsilon(1e-12));
+  CHECK(y.at("velocity_x_1") == Approx(across(13.0 / 16.0)).epsilon(1e-12));
+
+  const auto refused = [&](const std::string& change) {
+    return folder.run({"run", "layers.toml", "--set", change}).err;
+  };
+  CHECK_THAT(refused("fluid.initial.velocity=[0.0,0.04,0.04]"),
+             ContainsSubstring("along no axis, or several"));
+  CHECK_THAT(refused("fluid.initial.velocity=[0.04,0.0,0.0]"), ContainsSubstring("along its own normal"));
+  CHECK_THAT(refused("fluid.initial.steepness=0.0"), ContainsSubstring("'steepness' is 0"));
 }
 
 TEST_CASE("A flow that does not become steady names what still changes") {

@@ -114,10 +114,7 @@ void check(const CouplingStability& study, const Place& box) {
 
 /// All stiffnesses of the body times `stiffness` of the table.
 solid::Material read_material(const io::Table& t, const bond::AnyLaw& law, double angle_stiffness) {
-  const double factor = t.number("stiffness", 1.0);
-  if (!(factor >= 1e-6) || factor > 1e6)
-    t.fail("stiffness", fmt::format("'stiffness' is {}", factor), "it lies between 1e-6 and 1e6",
-           "1 is the body's own");
+  const double factor = engine::read_stiffness_factor(t);
   return {bond::rescaled(law, factor, 1.0), angle_stiffness * factor};
 }
 

@@ -85,6 +85,19 @@ observe::BodyLimits read_body_limits(const io::Table& top, const CaseScene& read
   if (!top.has("monitor")) return limits;
   const io::Table t = top.table("monitor");
   limits.physical = t.flag("physical", false);
+  if (t.has("buckled")) {
+    limits.buckled = t.number("buckled");
+    if (!(limits.buckled > 0.0) || limits.buckled >= 1.0) {
+      t.fail("buckled", fmt::format("'buckled' is {}", limits.buckled),
+             "it is a part of a column's length, between 0 and 1", "Give for example 0.05");
+    }
+    for (const scene::Body& body : read.scene.bodies) {
+      const auto along = body.network.rest.col(body.axis);
+      if (along.maxCoeff() - along.minCoeff() > 1.5 * body.network.spacing) continue;
+      t.fail("buckled", fmt::format("'buckled' is set, and '{}' has fewer than three sections", body.name),
+             "it has no middle that could give way", "Leave it out");
+    }
+  }
   if (!t.has("energy_growth")) return limits;
   limits.energy_growth = t.number("energy_growth");
   if (!(limits.energy_growth > 0.0)) {

@@ -254,8 +254,8 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
 
 /// A motion that is given leaves nothing to what the body is made of.
 void read_given_motion(const io::Table& t, scene::Body& body, CaseBody& said) {
-  for (const char* key : {"bond", "angle", "node_mass", "substeps", "max_substeps", "clamped", "guided",
-                          "weight", "load", "drive", "start", "keep"}) {
+  for (const char* key : {"bond", "angle", "stiffness", "node_mass", "substeps", "max_substeps", "clamped",
+                          "guided", "weight", "load", "drive", "start", "keep"}) {
     if (t.has(key)) {
       t.fail(key, fmt::format("'{}' is set beside 'motion'", key), "the motion of that body is given",
              "Leave one of them out");
@@ -319,7 +319,9 @@ CaseBody read_body(const io::Table& t, bool in_fluid, scene::Body& body) {
   double rest_length = 1.0;  // of a body without bonds: the fluid's spacing
   double bond_stiffness = 0.0;
   if (!given) {
-    body.material = {engine::read_law(t), engine::read_angle_stiffness(t), keeps(t, "angles")};
+    const double factor = engine::read_stiffness_factor(t);
+    body.material = {bond::rescaled(engine::read_law(t), factor, 1.0),
+                     factor * engine::read_angle_stiffness(t), keeps(t, "angles")};
     const bond::Derivation derived = engine::read_derivation(t, body.material.law);
     rest_length = derived.rest_length;
     bond_stiffness = derived.stiffness;
