@@ -196,6 +196,7 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         law_figures=law_figures,
         figures=figures_by_file,
         answers=answers,
+        accuracy_picture=tried(lambda read: studies.error_against_time(read, whole=True), results_read, None),
         never_worth=tried(studies.never_worth, results_read, []),
         cheapest_ranges=tried(studies.cheapest_ranges, results_read, []),
         slopes=tried(studies.slopes, results_read, []),

@@ -273,36 +273,49 @@ def families(results):
     return found
 
 
-def error_against_time(results):
-    """The fronts of all families in one picture, what they beat in grey: by run time if any was timed, else by work; None without any."""
+SUBJECTS = ("solid alone", "fluid alone", "body in a fluid")
+ROUNDING = 1e-16  # an error below is none that a picture could tell from it
+
+
+def subject(result):
+    """Number of the subject of a family."""
+    return 2 if {"coupling", "filament"} & set(result.topics) else 1 if "fluid" in result.topics else 0
+
+
+def error_against_time(results, whole=False):
+    """The fronts of all families in one picture, what they beat in grey: by run time if any was timed, else by work; None without any. The whole picture names
+    each family, the panel of the first screen their subjects."""
     found = families(results)
     timed = [(result, record) for result, record in found if record.name == "sweep_cost_front"]
-    found = (timed or found)[: 2 * MANY_LINES]
-    drawing, (panel,) = canvas(width=NARROW, height=TALL)
+    found = timed or found
+    drawing, (panel,) = canvas(height=5.2) if whole else canvas(width=NARROW, height=TALL)
     handles, hints, lost = [], [], {}
     prefix = os.path.commonprefix([result.id for result, _ in found]).rpartition("-")[0]
     for number, ((result, record), marker) in enumerate(zip(found, markers())):
         error, price = list(record.columns.values())[-2:]
-        best = error.values > 0
+        best = error.values > ROUNDING
         if not best.any():
             continue
-        style = "-" if number < MANY_LINES else "--"
-        handles += panel.plot(price.values[best], error.values[best], marker + style, color=f"C{number}", label=result.id.removeprefix(prefix + "-"))
+        color, style = (f"C{number % MANY_LINES}", ("-", "--", "-.")[number // MANY_LINES % 3]) if whole else (f"C{subject(result)}", "-")
+        (line,) = panel.plot(price.values[best], error.values[best], marker + style, color=color, label=result.id.removeprefix(prefix + "-"))
+        handles.append(line)
         axes = axes_of(record, error.name)
         for row in np.flatnonzero(best):
             where = f"{result.id}, {setting(record, row, axes)}"
             hints.append((panel, price.values[row], error.values[row], told(where, error.values[row], price.values[row], price.name)))
         if "sweep" in result.records:
             _, _, errors, prices = priced(result, record)
-            seen = (errors > 0) & np.isfinite(errors)
-            panel.plot(prices[seen], errors[seen], ".", color="#B8BCC0", markersize=3, zorder=0)
-            if timed:
-                spread(panel, result.records["sweep_cost"], prices, errors, seen)
+            seen = (errors > ROUNDING) & np.isfinite(errors)
+            if whole:
+                panel.plot(prices[seen], errors[seen], ".", color="#B8BCC0", markersize=3, zorder=0)
             outcomes = result.records["sweep"]["outcome"]
             for outcome in sorted(set(outcomes) - {"completed"}):
                 lost.setdefault(str(outcome), []).extend(prices[(outcomes == outcome) & (prices > 0)])
     if not handles:
         return None
+    if not whole:
+        drawn = sorted({subject(result) for result, _ in found})
+        handles = [Line2D([], [], color=f"C{number}", label=SUBJECTS[number]) for number in drawn]
     panel.set_xscale("log")
     panel.set_yscale("log")
     for number, (outcome, places) in enumerate(sorted(lost.items())):
@@ -313,8 +326,9 @@ def error_against_time(results):
     panel.margins(x=0.06, y=0.08)
     legend_above(panel, handles)
     caption = "Error against run time" if timed else "Error against work"
-    caption += ": for each family the settings that no other beats, those that are beaten in grey. Each error is what its case says it is."
-    caption += " Times are medians, bars reach from the fastest to the slowest repeat." if timed else ""
+    caption += ": for each family the settings that no other beats"
+    caption += ", in grey those that are beaten. Each error is what its case says it is." if whole else "."
+    caption += " Times are medians of repeats." if timed else ""
     return Figure(caption, inline_svg(drawing, caption, hints))
 
 

@@ -207,8 +207,9 @@ class Side:
         low, high = sorted(axis.get_view_interval())
         places = np.asarray(axis.get_majorticklocs(), dtype=float)
         formatter = axis.get_major_formatter()
-        room = 1e-9 * (high - low)
-        places = places[(places >= low - room) & (places <= high + room)]
+        # Rounding is relative to the range, or on a logarithmic axis to its ends.
+        below, above = (1e-9 * abs(low), 1e-9 * abs(high)) if axis.get_scale() == "log" else (1e-9 * (high - low),) * 2
+        places = places[(places >= low - below) & (places <= high + above)]
         if axis.get_scale() == "log" and len(places) < 2 and not isinstance(axis.get_major_locator(), ticker.FixedLocator):
             places = np.array([m * 10.0**e for e in range(-30, 30) for m in (1, 2, 5) if low <= m * 10.0**e <= high])
             if len(places) < 2:

@@ -29,21 +29,25 @@ constexpr std::array<std::array<std::int64_t, 3>, 2> boxes{{{32, 24, 24}, {64, 9
 constexpr std::array representations{fluid::Representation::Populations, fluid::Representation::Moments};
 constexpr std::array storages{fluid::Storage::Double, fluid::Storage::Float};
 
-/// Seconds of a step: the least of some measurements, since whatever disturbs one makes it longer.
-double seconds_of_a_step(const scene::Scene& scene) {
+/// Seconds of a step, of so many that are made in one call: the least of some measurements, since whatever
+/// disturbs one makes it longer.
+double seconds_of_a_step(const scene::Scene& scene, std::int64_t at_once = 1) {
   scene::Simulation simulation(scene);
-  for (int i = 0; i < 4; ++i) simulation.advance();
+  const auto advance = [&] {
+    for (std::int64_t made = 0; made < std::max<std::int64_t>(4, at_once); made += at_once)
+      simulation.advance(at_once);
+  };
+  advance();
   double least = std::numeric_limits<double>::infinity();
   for (int measurement = 0; measurement < 3; ++measurement) {
     const auto start = std::chrono::steady_clock::now();
     double spent = 0.0;
-    std::int64_t steps = 0;
+    const std::int64_t first = simulation.steps();
     while (spent < least_seconds / 3.0) {
-      for (int i = 0; i < 4; ++i) simulation.advance();
-      steps += 4;
+      advance();
       spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
-    least = std::min(least, spent / static_cast<double>(steps));
+    least = std::min(least, spent / static_cast<double>(simulation.steps() - first));
   }
   return least;
 }
@@ -71,6 +75,11 @@ Rates measured(int threads) {
       }
     }
   }
+  for (std::size_t s = 0; s < 2; ++s) {
+    const fluid::Spec spec{.grid = {boxes[1]}, .relaxation_time = 0.9, .storage = storages[s]};
+    rates.at_once[s] = static_cast<double>(spec.grid.count()) /
+                       seconds_of_a_step({.fluid = spec}, fluid::make_fluid(spec)->steps_at_once());
+  }
   const scene::Body bare = filament(0.0), body = filament(0.025);
   const double of_bonds = seconds_of_a_step({.bodies = {bare}});
   const double of_body = seconds_of_a_step({.bodies = {body}});
@@ -92,7 +101,8 @@ Rates measured(int threads) {
 
 /// One list, so that a file is read as it was written.
 std::vector<double*> values(Rates& rates) {
-  std::vector<double*> all{&rates.bonds, &rates.angles, &rates.markers, &rates.checked_nodes};
+  std::vector<double*> all{&rates.at_once[0], &rates.at_once[1], &rates.bonds,
+                           &rates.angles,     &rates.markers,    &rates.checked_nodes};
   for (auto& of_representation : rates.nodes) {
     for (auto& of_storage : of_representation) {
       for (double& rate : of_storage) all.push_back(&rate);
@@ -127,6 +137,19 @@ fs::path cache_folder() {
   return set("HOME").empty() ? fs::path() : set("HOME") / ".cache" / "veriflex";
 }
 
+// Whether the fluid makes several steps in one call.
+bool is_made_at_once(const scene::ExpectedWork& work) {
+  const fluid::Spec& spec = *work.fluid;
+  const bool is_alone = work.counts.bond_evaluations == 0 && work.counts.marker_interpolations == 0;
+  const bool is_open = std::any_of(spec.walls.begin(), spec.walls.end(), [](const auto& walls) {
+    return walls && std::any_of(walls->openings.begin(), walls->openings.end(), [](const auto& opening) {
+             return !std::holds_alternative<std::monostate>(opening);
+           });
+  });
+  return is_alone && !is_open && !spec.has_obstacle() &&
+         fluid::representation_of(spec) == fluid::Representation::Populations;
+}
+
 }  // namespace
 
 Rates rates(int threads) {
@@ -156,8 +179,9 @@ double seconds_of(const scene::ExpectedWork& work, const Rates& rates) {
                    count(work.counts.marker_interpolations) / rates.markers +
                    work.checked_nodes / rates.checked_nodes;
   if (!work.fluid) return seconds;
-  const auto& by_size = rates.nodes[fluid::representation_of(*work.fluid) == fluid::Representation::Moments]
-                                   [work.fluid->storage == fluid::Storage::Float];
+  auto by_size = rates.nodes[fluid::representation_of(*work.fluid) == fluid::Representation::Moments]
+                            [work.fluid->storage == fluid::Storage::Float];
+  if (is_made_at_once(work)) by_size[1] = rates.at_once[work.fluid->storage == fluid::Storage::Float];
   // Between the two boxes by the logarithm of their nodes.
   const auto size = [](const std::array<std::int64_t, 3>& box) {
     return std::log(static_cast<double>(box[0] * box[1] * box[2]));

@@ -13,6 +13,8 @@ struct Rates {
   /// Lattice nodes updated, by Representation (populations, moments), Storage (double, float) and size of the
   /// box: one that stays in the caches, and one that does not.
   std::array<std::array<std::array<double, 2>, 2>, 2> nodes{};
+  /// Of populations alone, by Storage, in a box that no cache holds: several steps at once.
+  std::array<double, 2> at_once{};
   double bonds = 0.0, angles = 0.0;  // gradients
   double markers = 0.0;              // coupled, all that is done for one included
   double checked_nodes = 0.0;        // of a body whose coupling is looked at before the first step

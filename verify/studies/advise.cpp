@@ -147,6 +147,12 @@ Fitted fit(const Law& law, const std::vector<Point>& points, const std::vector<d
 
 std::size_t parameters_of(std::size_t axes, bool has_floor) { return 2 * axes + (has_floor ? 1 : 0); }
 
+// So that both laws can be fitted with a row left out; that of the time has a parameter per axis and two
+// more.
+std::size_t least_rows(std::size_t axes, bool has_floor) {
+  return std::max(parameters_of(axes, has_floor), axes + 2) + 1;
+}
+
 // From several starts the best: each axis may be what the error comes from.
 Eigen::VectorXd fit_error(const std::vector<Point>& points, const std::vector<double>& values,
                           bool has_floor) {
@@ -203,7 +209,7 @@ std::optional<Model> model_of(const Family& family, bool has_floor) {
     model.seconds.push_back(family.seconds[i]);
   }
   const std::size_t axes = model.points.empty() ? 0 : model.points.front().size();
-  if (axes == 0 || model.points.size() < parameters_of(axes, has_floor) + 1) return std::nullopt;
+  if (axes == 0 || model.points.size() < least_rows(axes, has_floor)) return std::nullopt;
   model.of_error = fit_error(model.points, model.error, has_floor);
   model.of_time = fit_time(model.points, model.seconds);
   for (std::size_t left_out = 0; left_out < model.points.size(); ++left_out) {
@@ -476,7 +482,7 @@ Advice advise(const SweptRows& rows, const Wanted& wanted) {
         fmt::format(
             "the sweep has too few completed rows for a fit: {} along {} axes of numbers need at least {} "
             "in each of {} combinations",
-            rows.error.size(), axes.size(), parameters_of(axes.size(), false) + 1, too_few),
+            rows.error.size(), axes.size(), least_rows(axes.size(), false), too_few),
         FailureMode::NotConverged);
   }
   if (!best) {

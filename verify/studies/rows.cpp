@@ -230,6 +230,10 @@ std::vector<observe::Record> records_of(const Base& base, const Row& row, const 
   std::vector<observe::Record> records = base.records;
   if (records.empty()) return records;
   const io::Hdf5File file(result_of(base, row.settings, folder_of_rows(base, workspace, timed)));
+  // What a run of other settings would have recorded, such as a film that is not asked for.
+  std::erase_if(records, [&](const observe::Record& record) {
+    return !file.has_attribute("/records/" + record.name, "columns");
+  });
   for (observe::Record& record : records) {
     const observe::Record stored = engine::read_record(file, record.name);
     for (observe::Column& column : record.columns) column.values = stored.find(column.name)->values;

@@ -153,3 +153,11 @@ TEST_CASE("Where axes do not add up, each line along the longest has a law of it
   CHECK(value_of(advice, "n") == Approx(std::pow(2e5, 0.25)).epsilon(0.06));
   CHECK(advice.error <= 1e-4);
 }
+
+TEST_CASE("Lines too short for a law of their own are no reason to break off") {
+  SweptRows rows = swept({8.0, 12.0, 16.0}, {1.0, 2.0});
+  for (std::size_t i = 0; i < rows.error.size(); ++i) rows.error[i] *= i % 3 == 0 ? 100.0 : 1.0;
+  const Advice advice = advise(rows, {0.05, {}});
+  CHECK(advice.is_measured);
+  CHECK(advice.error <= 0.05);
+}
