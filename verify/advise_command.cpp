@@ -100,8 +100,10 @@ Full full_setting(const std::vector<std::string>& advised, const std::vector<stu
       if (each.starts_with('\'')) each = io::toml_text(studies::bare(each));
     for (std::size_t k = 1; k < values->size(); ++k)
       full.settings.push_back(fmt::format("{}={}", axis->keys[k], (*values)[k]));
-    full.axes.push_back(
-        fmt::format("{{ keys = [{}], values = [[{}]] }}", fmt::join(keys, ", "), fmt::join(*values, ", ")));
+    full.axes.push_back(keys.size() == 1
+                            ? fmt::format("{{ key = {}, values = [{}] }}", keys.front(), values->front())
+                            : fmt::format("{{ keys = [{}], values = [[{}]] }}", fmt::join(keys, ", "),
+                                          fmt::join(*values, ", ")));
   }
   return full;
 }
