@@ -16,7 +16,6 @@
 #include "repository.hpp"
 #include "run_cases.hpp"
 #include "studies/advise.hpp"
-#include "studies/grid.hpp"
 
 namespace veriflex {
 
@@ -37,13 +36,13 @@ struct AdviseOptions {
 // A result with the sweep that is asked, and how the case that is to be advised differs from it.
 Adviser adviser(const AdviseOptions& o) {
   const fs::path given = o.study;
-  if (given.extension() == ".h5") return {given, "", {}};
+  if (given.extension() == ".h5") return {given, {}};
   const fs::path stored = fs::path(o.out) / (o.study + ".h5");
   std::error_code unknown;
   if (fs::is_regular_file(stored, unknown)) {
     try {
       engine::read_record(io::Hdf5File(stored), "sweep_front");
-      return {stored, "", {}};
+      return {stored, {}};
     } catch (const InputError&) {  // a run of the case, and no sweep over it
     }
   }
@@ -70,13 +69,6 @@ studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path) {
     throw InputError({path}, "this is no sweep with an error", "advice needs to know what the rows' error is",
                      "Give the sweep error = \"<metric>\", or veriflex sweep --error, and run it again");
   }
-}
-
-// The axes of the case's own sweep; none where the sweep was put over it by a command.
-std::vector<studies::Axis> own_axes(const io::Hdf5File& file) {
-  const io::Table top = engine::parse_case(file.texts("/case").front(), "the stored case");
-  if (!top.has("sweep") || !file.attribute("/", "variant").empty()) return {};
-  return studies::read_axes(top.table("sweep"));
 }
 
 // `key=value` of what an axis sets beside its first key, and the axis itself with that value alone, as TOML.
@@ -119,7 +111,8 @@ int advise_command(const AdviseOptions& o) {
       rows, {.error = o.error, .budget = o.budget > 0.0 ? std::optional(o.budget) : std::nullopt});
   const std::string machine = file.attribute("/provenance", "machine");
   const std::string id = file.attribute("/", "case_id");
-  const Full full = full_setting(found.setting, own_axes(file));
+  const io::Table stored = engine::parse_case(file.texts("/case").front(), "the stored case");
+  const Full full = full_setting(found.setting, own_axes(stored, file));
   if (o.json) {
     print_json(Json{
         {"case", id},

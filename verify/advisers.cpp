@@ -8,8 +8,8 @@
 
 #include "base/error.hpp"
 #include "engine/result.hpp"
+#include "engine/stored_result.hpp"
 #include "engine/symbols.hpp"
-#include "studies/grid.hpp"
 
 namespace veriflex {
 
@@ -82,28 +82,20 @@ std::vector<Adviser> advisers_of(const io::Table& top, const fs::path& out) {
   const Values mine = values_of(top);
   const std::string driver = top.text("driver");
   std::vector<Adviser> found;
-  std::vector<fs::path> files;
   std::error_code none;
-  for (const fs::directory_entry& entry : fs::directory_iterator(out, none))
-    if (entry.path().extension() == ".h5") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  for (const fs::path& file_path : files) {
+  if (!fs::is_directory(out, none)) return found;
+  for (const fs::path& path : engine::result_files(out)) {
     try {
-      const io::Hdf5File file(file_path);
+      const io::Hdf5File file(path);
       engine::read_record(file, "sweep_cost_front");
       const observe::Record sweep = engine::read_record(file, "sweep");
-      const io::Table theirs = engine::parse_case(file.texts("/case").front(), file_path.string());
+      const io::Table theirs = engine::parse_case(file.texts("/case").front(), path.string());
       std::set<std::string> swept;
-      for (const observe::Column& column : sweep.columns) {
-        if (column.name == "outcome") break;
-        swept.insert(column.name);
-      }
-      if (theirs.has("sweep") && file.attribute("/", "variant").empty()) {
-        for (const studies::Axis& axis : studies::read_axes(theirs.table("sweep")))
-          swept.insert(axis.keys.begin(), axis.keys.end());
-      }
+      for (const observe::Column& axis : studies::axes_of(sweep)) swept.insert(axis.name);
+      for (const studies::Axis& axis : own_axes(theirs, file))
+        swept.insert(axis.keys.begin(), axis.keys.end());
       if (const auto differ = differences(values_of(theirs), mine, swept, driver))
-        found.push_back({file_path, file.attribute("/", "case_id"), *differ});
+        found.push_back({path, *differ});
     } catch (const InputError&) {  // no sweep with an error and times
     }
   }
@@ -111,6 +103,11 @@ std::vector<Adviser> advisers_of(const io::Table& top, const fs::path& out) {
     return a.differences.size() < b.differences.size();
   });
   return found;
+}
+
+std::vector<studies::Axis> own_axes(const io::Table& top, const io::Hdf5File& file) {
+  if (!top.has("sweep") || !file.attribute("/", "variant").empty()) return {};
+  return studies::read_axes(top.table("sweep"));
 }
 
 }  // namespace veriflex

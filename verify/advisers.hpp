@@ -6,17 +6,22 @@
 #include <vector>
 
 #include "io/document.hpp"
+#include "io/hdf5.hpp"
+#include "studies/grid.hpp"
 
 namespace veriflex {
 
 struct Adviser {
   std::filesystem::path result;
-  std::string id;
   std::vector<std::string> differences;  // `key: theirs, here ...`, beside the sweep's own axes
 };
 
 /// Of the results in `out` the sweeps with an error, of the same driver, bond laws and words in the driver's
 /// own table, the most alike first. What a case says of itself, its checks and its studies do not count.
 std::vector<Adviser> advisers_of(const io::Table& top, const std::filesystem::path& out);
+
+/// The axes of the own sweep of the case `top` that is stored in `file`; none where the sweep was put over it
+/// by a command.
+std::vector<studies::Axis> own_axes(const io::Table& top, const io::Hdf5File& file);
 
 }  // namespace veriflex

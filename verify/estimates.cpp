@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "engine/rates.hpp"
 #include "engine/result.hpp"
+#include "engine/stored_result.hpp"
 #include "io/hdf5.hpp"
 #include "run_cases.hpp"
 #include "threads.hpp"
@@ -55,11 +56,11 @@ std::vector<std::optional<double>> expected_seconds(const std::vector<std::strin
 std::map<std::string, double> moved_by_offers(const std::string& id, const Options& options) {
   std::map<std::string, double> moved;
   std::error_code none;
-  for (const fs::directory_entry& entry : fs::directory_iterator(options.out, none)) {
-    const std::string name = entry.path().filename().string();
-    if (!name.starts_with(id) || entry.path().extension() != ".h5") continue;
+  if (!fs::is_directory(options.out, none)) return moved;
+  for (const fs::path& path : engine::result_files(options.out)) {
+    if (!path.filename().string().starts_with(id)) continue;
     try {
-      const io::Hdf5File file(entry.path());
+      const io::Hdf5File file(path);
       if (file.attribute("/", "case_id") != id) continue;
       const observe::Record record = engine::read_record(file, "ablate");
       const std::vector<std::string>& variant = record.find("variant")->texts;

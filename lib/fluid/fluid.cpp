@@ -1,5 +1,7 @@
 #include "fluid/fluid.hpp"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include <cmath>
@@ -78,6 +80,14 @@ void Fluid::tell_parts(const Bytes& bytes) {
   if (spec_.walls[0] || spec_.walls[1] || spec_.walls[2]) parts_.emplace_back(Kind::Walls, bytes.walls);
   if (spec_.has_obstacle()) parts_.emplace_back(Kind::Obstacle, bytes.obstacle);
   if (spec_.is_forced()) parts_.emplace_back(Kind::BodyForce, 0.0);
+}
+
+bool is_made_row_by_row(const Spec& spec) {
+  return !spec.has_obstacle() && std::none_of(spec.walls.begin(), spec.walls.end(), [](const auto& walls) {
+    return walls && std::any_of(walls->openings.begin(), walls->openings.end(), [](const auto& opening) {
+             return !std::holds_alternative<std::monostate>(opening);
+           });
+  });
 }
 
 Representation representation_of(const Spec& spec) {

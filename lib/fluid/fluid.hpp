@@ -78,6 +78,10 @@ struct Spec {
 /// was started from keeps a copy until the first step. Throws BadParameter ("fluid.representation").
 Representation representation_of(const Spec& spec);
 
+/// Whether there is neither an obstacle nor an opening, whose links are looked at after each step of all
+/// nodes: populations can then make several steps at once.
+bool is_made_row_by_row(const Spec& spec);
+
 /// Axes with walls or openings at their ends.
 std::array<bool, 3> closed(const Spec& spec);
 

@@ -164,12 +164,8 @@ class PopulationFluid final : public Fluid {
 
   RowGrid row_grid() const { return {lattice_.ny, lattice_.nz}; }
 
-  /// Cut links, and openings, which look at nodes next to them, are not done row by row.
   Blocking blocking() const {
-    const auto rises = [](const Gain& gain) { return gain.inflow != nullptr; };
-    if (!links_.empty() || !outlets_.empty() || std::any_of(gains_.begin(), gains_.end(), rises)) {
-      return {1, lattice_.ny};
-    }
+    if (!is_made_row_by_row(spec_)) return {1, lattice_.ny};
     if (spec_.blocking) return *spec_.blocking;
     return blocking_for(row_grid(), Q * lattice_.nx * std::int64_t{sizeof(Real)}, omp_get_max_threads());
   }

@@ -41,7 +41,8 @@ Equilibrium by_damped_dynamics(double wanted_residual, const Material& material,
     }
     gradient_of_potential -= load;
     g = dofs.gather(gradient_of_potential);
-    motion.takes(parts::array_bytes(u, gradient_of_potential, g, v, work.d, work.g) + work.stars.bytes());
+    if (evaluations == 1)
+      motion.takes(parts::array_bytes(u, gradient_of_potential, g, v, work.d, work.g) + work.stars.bytes());
     const double residual = largest_magnitude(g) / worse(force_scale(law, work), largest_magnitude(load));
     if (residual <= wanted_residual)
       return {u, held.select(gradient_of_potential.array(), 0.0), evaluations, residual};

@@ -21,7 +21,7 @@ inline constexpr std::array relaxations{
 
 struct Statics {
   Relaxation method = Relaxation::Newton;
-  double residual = usual_residual;  // see Equilibrium; where the search ends  [1]
+  double residual = 1e-12;  // see Equilibrium; where the search ends  [1]
 };
 
 /// As equilibrium(), by any method. Damped dynamics knows no Hessian: steps of 0.9 times the linear limit at

@@ -15,6 +15,7 @@
 #include "solid/force_scale.hpp"
 #include "solid/inadmissible.hpp"
 #include "solid/newton.hpp"
+#include "solid/relax.hpp"
 
 namespace veriflex::solid {
 
@@ -52,12 +53,18 @@ struct State {
   Eigen::VectorXd g;   // out-of-balance force on the free coordinates, negative
 };
 
-// Close enough for a step that another follows.
-Eigen::VectorXd conjugate_gradient_step(const Eigen::SparseMatrix<double>& h, const Eigen::VectorXd& g) {
+// Close enough for a step that another follows. A factor would have told that h is not positive definite.
+Eigen::VectorXd conjugate_gradient_step(const Eigen::SparseMatrix<double>& h, const Eigen::VectorXd& g,
+                                        int newton_step) {
   Eigen::ConjugateGradient<Eigen::SparseMatrix<double>, Eigen::Lower> iteration(h);
   iteration.setTolerance(1e-3);
   iteration.setMaxIterations(20 * h.rows());
-  return iteration.solve(-g);
+  const Eigen::VectorXd step = iteration.solve(-g);
+  if (!(step.dot(g) < 0.0)) {
+    throw NumericalFailure(fmt::format("unstable: Newton step {} would go uphill", newton_step),
+                           FailureMode::Equilibrium);
+  }
+  return step;
 }
 
 template <bond::BondLaw Law, class AngleTerm>
@@ -134,12 +141,8 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
       return {now.u, reaction, iteration, largest_magnitude(now.g) / force};
     }
     const Eigen::VectorXd step =
-        solver == LinearSolver::Factor ? factor.solve(-now.g) : conjugate_gradient_step(h, now.g);
+        solver == LinearSolver::Factor ? factor.solve(-now.g) : conjugate_gradient_step(h, now.g, iteration);
     const double slope = step.dot(now.g);
-    if (!(slope < 0.0)) {
-      throw NumericalFailure(fmt::format("unstable: Newton step {} would go uphill", iteration),
-                             FailureMode::Equilibrium);
-    }
     for (double scale = 1.0;; scale *= 0.5) {
       if (scale < 1e-12) {
         throw NumericalFailure(
@@ -171,9 +174,8 @@ Equilibrium newton(LinearSolver solver, const Material& material, const Network&
 }
 
 Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
-                        const FixedDofs& held, const Positions& load, const Inertia& inertia,
-                        double residual) {
-  return newton(LinearSolver::Factor, material, network, u, held, load, inertia, residual);
+                        const FixedDofs& held, const Positions& load, const Inertia& inertia) {
+  return newton(LinearSolver::Factor, material, network, u, held, load, inertia, Statics{}.residual);
 }
 
 void refuse_turned_bonds(const Network& network, const Positions& u) {

@@ -15,8 +15,6 @@ struct Equilibrium {
   double residual;     // largest out-of-balance force over the largest bond tension  [1]
 };
 
-inline constexpr double usual_residual = 1e-12;
-
 /// A spring of every coordinate to a place of its own: what inertia is to a step that is solved for its
 /// middle.
 struct Inertia {
@@ -27,14 +25,13 @@ struct Inertia {
 /// Minimises energy(u) - sum load . u + inertia.stiffness/2 |u - inertia.predicted|^2 over the free
 /// coordinates by Newton's method with Eigen's sparse Cholesky factorisation, starting at the displacement u.
 /// A step is shortened until every bond stays inside its domain and the out-of-balance force or the energy
-/// falls. Converged at the given residual, or when rounding keeps a further step from helping. Throws
+/// falls. Converged at a residual of 1e-12, or when rounding keeps a further step from helping. Throws
 /// NumericalFailure:
 ///   "mechanism: N zero modes"  the network can move without force (never regularised),
 ///   "unstable: N negative"     the state is no minimum,
 ///   what_is_inadmissible() at the start, forces beyond double precision, or no convergence.
 Equilibrium equilibrium(const Material& material, const Network& network, const Positions& u,
-                        const FixedDofs& held, const Positions& load, const Inertia& inertia = {},
-                        double residual = usual_residual);
+                        const FixedDofs& held, const Positions& load, const Inertia& inertia = {});
 
 /// Throws NumericalFailure when a bond points against its undeformed direction at displacement u: for bodies
 /// that are stretched or compressed, not for those that bend far.

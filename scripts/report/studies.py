@@ -368,19 +368,23 @@ def slopes(results):
     return [{"result": result, "measured": measured, "expected": expected} for result, measured, expected in rows if measured is not None]
 
 
+def settings_by_axis(results):
+    """Of each family and each axis: result, axis, table of settings, and its rows of that axis."""
+    for result, record in families(results):
+        table = result.records.get(record.name.replace("_front", "_settings"))
+        if table is not None:
+            for axis in dict.fromkeys(table["axis"]):
+                yield result, axis, table, np.flatnonzero(table["axis"] == axis)
+
+
 def cheapest_ranges(results):
     """Rows (result, axis, settings): for which errors each value of an axis is the cheapest, of axes on which that changes."""
     rows = []
-    for result, record in families(results):
-        table = result.records.get(record.name.replace("_front", "_settings"))
-        if table is None:
-            continue
-        for axis in dict.fromkeys(table["axis"]):
-            at = [row for row in np.flatnonzero(table["axis"] == axis) if np.isfinite(table["cheapest_from"][row])]
-            at.sort(key=lambda row: -table["cheapest_from"][row])
-            if len(at) > 1:
-                parts = [f"{table['value'][row]} {between(table['cheapest_from'][row], table['cheapest_below'][row])}" for row in at]
-                rows.append({"result": result, "axis": axis, "settings": "; ".join(parts)})
+    for result, axis, table, at in settings_by_axis(results):
+        at = sorted(at[np.isfinite(table["cheapest_from"][at])], key=lambda row: -table["cheapest_from"][row])
+        if len(at) > 1:
+            parts = [f"{table['value'][row]} {between(table['cheapest_from'][row], table['cheapest_below'][row])}" for row in at]
+            rows.append({"result": result, "axis": axis, "settings": "; ".join(parts)})
     return rows
 
 
@@ -391,18 +395,11 @@ def between(low, high):
 def never_worth(results):
     """Rows (result, axis, settings) of values that are the cheapest for no error."""
     rows = []
-    for result, record in families(results):
-        table = result.records.get(record.name.replace("_front", "_settings"))
-        if table is None:
-            continue
-        for axis in dict.fromkeys(table["axis"]):
-            never = [
-                f"{value} ({over:.3g} times dearer at best)"
-                for a, value, start, over in zip(table["axis"], table["value"], table["cheapest_from"], table["work_over_cheapest"])
-                if a == axis and np.isnan(start) and np.isfinite(over)
-            ]
-            if never:
-                rows.append({"result": result, "axis": axis, "settings": ", ".join(never)})
+    for result, axis, table, at in settings_by_axis(results):
+        never = at[np.isnan(table["cheapest_from"][at]) & np.isfinite(table["work_over_cheapest"][at])]
+        parts = [f"{table['value'][row]} ({table['work_over_cheapest'][row]:.3g} times dearer at best)" for row in never]
+        if parts:
+            rows.append({"result": result, "axis": axis, "settings": ", ".join(parts)})
     return rows
 
 

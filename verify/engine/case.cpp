@@ -98,14 +98,7 @@ void read_target(const io::Table& s, Check& check, Case& c, const Shelf& shelf) 
   check.target_kind = reference.kind;
   check.source = reference.source;
   if (check.curve) {
-    for (const std::string& column : {check.curve->x, check.curve->y}) {
-      const bool found = std::any_of(reference.columns.begin(), reference.columns.end(),
-                                     [&](const io::CsvColumn& has) { return has.name == column; });
-      if (!found) {
-        s.fail("curve", fmt::format("reference '{}' has no column '{}'", reference.id, column),
-               "a curve is compared column by column of the same name", "Look at its data file");
-      }
-    }
+    need_columns(reference, {check.curve->x, check.curve->y}, s, "curve");
     check.target = 0.0;
     return;
   }

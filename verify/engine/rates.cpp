@@ -139,15 +139,9 @@ fs::path cache_folder() {
 
 // Whether the fluid makes several steps in one call.
 bool is_made_at_once(const scene::ExpectedWork& work) {
-  const fluid::Spec& spec = *work.fluid;
   const bool is_alone = work.counts.bond_evaluations == 0 && work.counts.marker_interpolations == 0;
-  const bool is_open = std::any_of(spec.walls.begin(), spec.walls.end(), [](const auto& walls) {
-    return walls && std::any_of(walls->openings.begin(), walls->openings.end(), [](const auto& opening) {
-             return !std::holds_alternative<std::monostate>(opening);
-           });
-  });
-  return is_alone && !is_open && !spec.has_obstacle() &&
-         fluid::representation_of(spec) == fluid::Representation::Populations;
+  return is_alone && fluid::is_made_row_by_row(*work.fluid) &&
+         fluid::representation_of(*work.fluid) == fluid::Representation::Populations;
 }
 
 }  // namespace

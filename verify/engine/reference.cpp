@@ -151,4 +151,15 @@ Reference find_reference(const std::string& id, const fs::path& beside, const fs
                    "Put it beside the case or correct the name");
 }
 
+void need_columns(const Reference& reference, const std::vector<std::string>& names, const io::Table& asks,
+                  const std::string& key) {
+  for (const std::string& name : names) {
+    if (std::none_of(reference.columns.begin(), reference.columns.end(),
+                     [&](const io::CsvColumn& has) { return has.name == name; })) {
+      asks.fail(key, fmt::format("reference '{}' has no column '{}'", reference.id, name),
+                "a curve is compared column by column of the same name", "Look at its data file");
+    }
+  }
+}
+
 }  // namespace veriflex::engine

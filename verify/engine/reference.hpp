@@ -61,4 +61,8 @@ Reference read_reference(const io::Table& top, const std::filesystem::path& path
 Reference find_reference(const std::string& id, const std::filesystem::path& beside,
                          const std::filesystem::path& shared, const Place& asked_at);
 
+/// Throws InputError at `key` of `asks` when the reference's data lack one of these columns.
+void need_columns(const Reference& reference, const std::vector<std::string>& names, const io::Table& asks,
+                  const std::string& key);
+
 }  // namespace veriflex::engine

@@ -13,6 +13,7 @@
 
 #include "base/error.hpp"
 #include "base/reduce.hpp"
+#include "studies/grid.hpp"
 
 namespace veriflex::studies {
 
@@ -377,10 +378,7 @@ Advice advice_at(const SweptRows& rows, const Family& family, const Model& model
 
 SweptRows swept_rows(const observe::Record& sweep, const observe::Record& cost, const std::string& error) {
   SweptRows rows;
-  for (const Column& column : sweep.columns) {
-    if (column.name == "outcome") break;
-    rows.axes.push_back(column);
-  }
+  rows.axes = axes_of(sweep);
   for (const double value : sweep.find(error)->values) rows.error.push_back(std::abs(value));
   rows.seconds = cost.find("wall_seconds")->values;
   rows.memory = cost.find("peak_memory_bytes")->values;
@@ -476,34 +474,33 @@ Advice advise(const SweptRows& rows, const Wanted& wanted) {
   }
   Search found{.wanted = wanted, .best = {}, .most_accurate = {}, .in_budget = {}};
   search(rows, found);
-  const auto& [asked, best, most_accurate, in_budget, too_few] = found;
-  if (!most_accurate) {
+  if (!found.most_accurate) {
     throw NumericalFailure(
         fmt::format(
             "the sweep has too few completed rows for a fit: {} along {} axes of numbers need at least {} "
             "in each of {} combinations",
-            rows.error.size(), axes.size(), least_rows(axes.size(), false), too_few),
+            rows.error.size(), axes.size(), least_rows(axes.size(), false), found.too_few),
         FailureMode::NotConverged);
   }
-  if (!best) {
+  if (!found.best) {
     throw NumericalFailure(
         fmt::format(
             "no setting up to a factor of two beyond the sweep is predicted to have an error of {:.3g}; "
             "the least is {:.3g} (times {:.3g} for what the fit is worth) at {}, limited by {}",
-            wanted.error, most_accurate->error, most_accurate->error_factor,
-            fmt::join(most_accurate->setting, " "), most_accurate->limited_by),
+            wanted.error, found.most_accurate->error, found.most_accurate->error_factor,
+            fmt::join(found.most_accurate->setting, " "), found.most_accurate->limited_by),
         FailureMode::NotConverged);
   }
-  if (wanted.budget && best->seconds > *wanted.budget) {
-    throw NumericalFailure(
-        fmt::format("an error of {:.3g} takes {:.3g} s, more than {:.3g} s{}", wanted.error, best->seconds,
-                    *wanted.budget,
-                    in_budget ? fmt::format("; these buy an error of {:.3g} at {}", in_budget->error,
-                                            fmt::join(in_budget->setting, " "))
-                              : std::string()),
-        FailureMode::NotConverged);
+  if (wanted.budget && found.best->seconds > *wanted.budget) {
+    throw NumericalFailure(fmt::format("an error of {:.3g} takes {:.3g} s, more than {:.3g} s{}",
+                                       wanted.error, found.best->seconds, *wanted.budget,
+                                       found.in_budget ? fmt::format("; these buy an error of {:.3g} at {}",
+                                                                     found.in_budget->error,
+                                                                     fmt::join(found.in_budget->setting, " "))
+                                                       : std::string()),
+                           FailureMode::NotConverged);
   }
-  return *best;
+  return *found.best;
 }
 
 }  // namespace veriflex::studies

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <numeric>
 
 namespace veriflex::studies {
@@ -139,6 +138,12 @@ void append(std::vector<observe::Column>& columns, const std::vector<Axis>& axes
   }
 }
 
+std::vector<observe::Column> axes_of(const observe::Record& table) {
+  const auto outcome = std::find_if(table.columns.begin(), table.columns.end(),
+                                    [](const observe::Column& column) { return column.name == "outcome"; });
+  return {table.columns.begin(), outcome};
+}
+
 std::string in_words(const std::vector<Axis>& axes) {
   constexpr std::size_t shown = 6;
   std::vector<std::string> parts;
@@ -155,27 +160,24 @@ std::string in_words(const std::vector<Axis>& axes) {
 std::optional<std::vector<std::string>> values_at(const Axis& axis, const std::string& first) {
   for (const std::vector<std::string>& listed : axis.values)
     if (bare(listed.front()) == first) return listed;
-  if (axis.keys.size() == 1 || axis.numbers.size() < 2) {
-    return axis.keys.size() == 1 ? std::optional(std::vector{first}) : std::nullopt;
-  }
-  const double x = std::strtod(first.c_str(), nullptr);
-  const auto distance = [&](std::size_t i) { return std::abs(std::log(x / axis.numbers[i])); };
+  if (axis.keys.size() == 1) return std::vector{first};
+  const std::optional<double> x = number_in(first);
+  if (!x || axis.numbers.size() < 2) return std::nullopt;
+  const auto distance = [&](std::size_t i) { return std::abs(std::log(*x / axis.numbers[i])); };
   std::vector<std::size_t> order(axis.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
   std::vector<std::string> values{first};
   for (std::size_t key = 1; key < axis.keys.size(); ++key) {
-    const auto number = [&](std::size_t i) {
-      return std::strtod(axis.values[order[i]][key].c_str(), nullptr);
-    };
     const bool whole = std::all_of(axis.values.begin(), axis.values.end(), [&](const auto& listed) {
       return listed[key].find_first_not_of("0123456789") == std::string::npos;
     });
-    const double near = number(0), far = number(1);
-    if (!(near > 0.0 && far > 0.0)) return std::nullopt;
+    const std::optional<double> near = number_in(axis.values[order[0]][key]);
+    const std::optional<double> far = number_in(axis.values[order[1]][key]);
+    if (!near || !far || *near <= 0.0 || *far <= 0.0) return std::nullopt;
     const double x_near = axis.numbers[order[0]], x_far = axis.numbers[order[1]];
-    const double at = near * std::pow(x / x_near, std::log(far / near) / std::log(x_far / x_near));
+    const double at = *near * std::pow(*x / x_near, std::log(*far / *near) / std::log(x_far / x_near));
     values.push_back(whole ? fmt::format("{}", std::llround(at)) : io::toml_text(at));
   }
   return values;

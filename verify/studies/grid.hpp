@@ -40,6 +40,9 @@ std::optional<std::vector<std::string>> values_at(const Axis& axis, const std::s
 std::vector<observe::Column> columns_of(const std::vector<Axis>& axes);
 void append(std::vector<observe::Column>& columns, const std::vector<Axis>& axes, const Cell& cell);
 
+/// Of a study's table: its axes are the columns before the outcome.
+std::vector<observe::Column> axes_of(const observe::Record& table);
+
 /// The word that a TOML text is, `double` of `"double"`; other values as they stand.
 std::string bare(const std::string& value);
 

@@ -96,12 +96,13 @@ Column curve_errors(const Sweep& sweep, const std::vector<Row>& rows) {
                            of.curve.y, of.reference.id, of.floor),
                {}};
   for (const Row& row : rows) {
+    if (row.outcome != "completed") {
+      error.values.push_back(not_a_number);
+      continue;
+    }
     Observations seen;
-    if (row.outcome == "completed")
-      seen.records = records_of(sweep.base, row, sweep.workspace, sweep.timing.timed);
-    error.values.push_back(row.outcome == "completed"
-                               ? engine::max_curve_error(of.curve, of.floor, of.reference, seen)
-                               : not_a_number);
+    seen.records = records_of(sweep.base, row, sweep.workspace, sweep.timing.timed);
+    error.values.push_back(engine::max_curve_error(of.curve, of.floor, of.reference, seen));
   }
   return error;
 }
@@ -215,13 +216,7 @@ std::optional<CurveError> read_curve_error(const io::Table& sweep,
   const std::filesystem::path beside = std::filesystem::path(sweep.place().file).parent_path();
   of.reference =
       engine::find_reference(t.text("reference"), beside, repository::references(), t.place("reference"));
-  for (const std::string& column : {of.curve.x, of.curve.y}) {
-    if (std::none_of(of.reference.columns.begin(), of.reference.columns.end(),
-                     [&](const io::CsvColumn& has) { return has.name == column; })) {
-      t.fail("reference", fmt::format("reference '{}' has no column '{}'", of.reference.id, column),
-             "a curve is compared column by column of the same name", "Look at its data file");
-    }
-  }
+  engine::need_columns(of.reference, {of.curve.x, of.curve.y}, t, "reference");
   return of;
 }
 
