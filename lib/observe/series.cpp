@@ -195,7 +195,7 @@ Positions about_centre(const Positions& X) { return X.rowwise() - X.colwise().me
 /// Of a body whose nodes are of equal mass.
 Vec3 angular_velocity(const MovingBody& body) {
   const Positions x = about_centre(body.positions());
-  const Positions v = about_centre(body.solid().half_velocity());
+  const Positions v = about_centre(body.solid().carried_velocity());
   Mat3 inertia = Mat3::Zero();  // over the mass of a node, as is the angular momentum
   Vec3 momentum = Vec3::Zero();
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
@@ -244,7 +244,7 @@ Series rigid_motion(const scene::Scene& scene) {
     const double* at = turned->data();
     for_elastic(simulation, [&](const MovingBody& body) {
       add(row, body.positions().colwise().mean().transpose());
-      add(row, body.solid().half_velocity().colwise().mean().transpose());
+      add(row, body.solid().carried_velocity().colwise().mean().transpose());
       add(row, angular_velocity(body));
       row.insert(row.end(), at, at + 3);
       at += 3;

@@ -101,7 +101,8 @@ std::optional<AlternatingGrowth> AlternatingGrowth::of(const CoupledStep& step, 
   const double stiffest = scales.stiffness * (1.0 + 1e-9);
   const double cosine = 1.0 - stiffest / (2.0 * step.node_mass() * n * n);
   const bool slow = cosine > std::cos(std::numbers::pi / n) && 1.0 + std::cos(n * std::acos(cosine)) > room;
-  if (step.is_subcycled() || step.is_damped() || !slow || !(scales.answered < 2.0 - 1e-9))
+  if (step.is_implicit() || step.is_subcycled() || step.is_damped() || !slow ||
+      !(scales.answered < 2.0 - 1e-9))
     return std::nullopt;
   if (step.forcing_iterations() > 1 && static_cast<double>(step.exchange().rows()) > most_rounds_markers)
     return std::nullopt;

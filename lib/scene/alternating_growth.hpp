@@ -40,8 +40,8 @@ constexpr double growth_resolution = 1e-5;
 
 class AlternatingGrowth {
  public:
-  /// Nothing when that theory does not hold for the step: force subcycled, damped, a mode that turns by more
-  /// than about half a turn in a step, V S of 2 and more, a body that by itself grows fast.
+  /// Nothing when that theory does not hold for the step: implicit, force subcycled, damped, a mode that
+  /// turns by more than about half a turn in a step, V S of 2 and more, a body that by itself grows fast.
   static std::optional<AlternatingGrowth> of(const CoupledStep& step, const Scales& scales);
 
   /// Whether something grows by more than that factor, at least 1, in a step.

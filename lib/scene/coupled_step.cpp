@@ -7,7 +7,7 @@
 
 #include "coupling/transfer.hpp"
 #include "scene/markers.hpp"
-#include "solid/dof_map.hpp"
+#include "solid/leapfrog.hpp"
 #include "solid/modes.hpp"
 
 namespace veriflex::scene {
@@ -99,15 +99,6 @@ std::vector<std::vector<std::size_t>> bodies_that_share_nodes(const Scene& scene
   return groups;
 }
 
-solid::FixedDofs prescribed_dofs(const Body& body) {
-  solid::FixedDofs held = body.conditions.fixed;
-  if (held.size() == 0) held = solid::FixedDofs::Constant(body.network.node_count(), 3, false);
-  if (const auto& drive = body.conditions.drive) {
-    for (const std::int32_t node : drive->nodes) held(node, drive->axis) = true;
-  }
-  return held;
-}
-
 CoupledStep::CoupledStep(const fluid::Spec& fluid, std::span<const Body> bodies, FluidMemory memory)
     : memory_(memory) {
   std::vector<std::vector<std::int32_t>> nodes;
@@ -132,10 +123,11 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, std::span<const Body> bodies,
               .marker_volume = coupling.marker_volume,
               .substeps = body.substeps.count,
               .forcing_iterations = coupling.forcing_iterations,
-              .subcycled = coupling.subcycled};
+              .subcycled = coupling.subcycled,
+              .implicit = body.scheme == solid::Scheme::ImplicitMidpoint};
     if (!body.motion) {
       const Positions rest = Positions::Zero(body.network.node_count(), 3);
-      const solid::FixedDofs held = prescribed_dofs(body);
+      const solid::FixedDofs held = solid::prescribed_dofs(body.conditions, body.network.node_count());
       const Sparse stiffness = solid::free_hessian(body.material, body.network, rest, held);
       part.count = stiffness.rows();
       for (Eigen::Index column = 0; column < part.count; ++column) {
@@ -164,17 +156,22 @@ CoupledStep::CoupledStep(const fluid::Spec& fluid, std::span<const Body> bodies,
   }
   stiffness_.resize(first, first);
   stiffness_.setFromTriplets(entries.begin(), entries.end());
+  for (Part& part : parts_) prepare(part);
   const auto same = [&](const Part& part) {
     const Part& one = parts_.front();
     return part.count > 0 && part.node_mass == one.node_mass && part.drag == one.drag &&
            part.marker_volume == one.marker_volume && part.substeps == one.substeps &&
-           part.subcycled == one.subcycled && part.forcing_iterations == 1 && one.forcing_iterations == 1;
+           part.subcycled == one.subcycled && part.implicit == one.implicit && part.forcing_iterations == 1 &&
+           one.forcing_iterations == 1;
   };
   is_uniform_ = parts_.size() == 1 || std::all_of(parts_.begin(), parts_.end(), same);
 }
 
 void CoupledStep::set_node_mass(double mass) {
-  for (Part& part : parts_) part.node_mass = mass;
+  for (Part& part : parts_) {
+    part.node_mass = mass;
+    prepare(part);
+  }
 }
 
 CoupledStep::Vector CoupledStep::at_markers(const Vector& free) const {
@@ -240,6 +237,33 @@ CoupledStep::Vector CoupledStep::wanted_velocity(const Vector& v, const Vector& 
   return wanted;
 }
 
+void CoupledStep::prepare(Part& part) const {
+  if (!part.implicit || part.count == 0) return;
+  Sparse middle = 0.5 * stiffness_.block(part.first, part.first, part.count, part.count);
+  for (Eigen::Index i = 0; i < part.count; ++i) middle.coeffRef(i, i) += 2.0 * part.node_mass + part.drag;
+  if (part.subcycled) {
+    const Vector coupled = at_coordinates(own(part, Vector::Ones(marker_values())));
+    for (Eigen::Index i = 0; i < part.count; ++i)
+      middle.coeffRef(i, i) += part.marker_volume * coupled[part.first + i];
+  }
+  part.middle = std::make_shared<const solid::Cholesky>(middle);
+}
+
+/// A step of a body by the implicit midpoint rule; `mean` becomes its force.
+void CoupledStep::move_implicitly(const Part& part, Vector& f, Vector& v, const Vector& wanted,
+                                  Vector& mean) const {
+  auto own_f = f.segment(part.first, part.count);
+  auto own_v = v.segment(part.first, part.count);
+  const Vector known =
+      part.marker_volume * own(part, part.subcycled ? wanted : Vector(wanted - at_markers(v)));
+  Vector middle = Vector::Zero(free_count());
+  middle.segment(part.first, part.count) = part.middle->solve(
+      2.0 * part.node_mass * own_v + own_f + at_coordinates(known).segment(part.first, part.count));
+  mean += part.subcycled ? Vector(part.marker_volume * own(part, wanted - at_markers(middle))) : known;
+  own_v = 2.0 * middle.segment(part.first, part.count) - own_v;
+  f -= stiffness_ * middle;  // couples the coordinates of a body to each other only
+}
+
 /// The sub-steps of a body; `mean` becomes its mean force.
 void CoupledStep::move(const Part& part, Vector& f, Vector& v, const Vector& wanted, Vector& mean) const {
   const double step = 1.0 / part.substeps;
@@ -265,7 +289,12 @@ CoupledStep::Vector CoupledStep::next(const Vector& state) const {
   Vector W = state.tail(marker_values());
   const Vector wanted = wanted_velocity(v, W);
   Vector mean = Vector::Zero(marker_values());
-  for (const Part& part : parts_) move(part, f, v, wanted, mean);
+  for (const Part& part : parts_) {
+    if (part.implicit && part.count > 0)
+      move_implicitly(part, f, v, wanted, mean);
+    else
+      move(part, f, v, wanted, mean);
+  }
   if (memory_ == FluidMemory::Keeps) {
     W -= exchanged(mean);
   } else {

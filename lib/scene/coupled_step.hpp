@@ -1,27 +1,27 @@
 /// One step of body and fluid as a linear map about the undeformed body in a fluid at rest, as Simulation and
-/// Leapfrog make it.
+/// the bodies' integrators make it.
 ///
-/// The state is (f, v, W): the elastic force f = - K u over the free coordinates, their half-step velocity v
-/// and the fluid's velocity W at the coupled nodes. f takes the displacement's place: in u a rigid motion
-/// grows with time at constant velocity, which is no instability, and in f it is nothing. The exchange leaves
+/// The state is (f, v, W): the elastic force f = - K u over the free coordinates, the velocity v that their
+/// scheme carries and the fluid's velocity W at the coupled nodes. f takes the displacement's place: in u a
+/// rigid motion grows with time at constant velocity, which is no instability, and in f it is nothing. The
+/// exchange leaves
 /// - A F in W, with F the force on the coupled nodes and A = interpolate o spread at their places. Bodies
 /// whose supports share nodes of the fluid are one step: what one of them spreads, the others find.
 #pragma once
 
 #include <Eigen/SparseCore>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "scene/scene.hpp"
+#include "solid/dof_map.hpp"
 
 namespace veriflex::scene {
 
 /// What the fluid at the coupled nodes does with the momentum that it was given: keeps it in place, or has
 /// lost it a step later.
 enum class FluidMemory { Keeps, Forgets };
-
-/// The coordinates of a body that are fixed or driven.
-solid::FixedDofs prescribed_dofs(const Body& body);
 
 /// The bodies of a scene that meet its fluid, by their numbers, each with those whose supports share nodes of
 /// the fluid with its own, directly or by way of others.
@@ -63,6 +63,7 @@ class CoupledStep {
   int substeps() const { return parts_[0].substeps; }
   /// Whether F follows the solid between the sub-steps.
   bool is_subcycled() const { return parts_[0].subcycled && substeps() > 1; }
+  bool is_implicit() const { return parts_[0].implicit; }
   bool is_damped() const { return parts_[0].drag > 0.0; }
   double node_mass() const { return parts_[0].node_mass; }
   /// Of all bodies.
@@ -77,8 +78,13 @@ class CoupledStep {
     Eigen::Index first_marker, markers;
     double node_mass, drag, marker_volume;
     int substeps, forcing_iterations;
-    bool subcycled;
+    bool subcycled, implicit;
+    /// Of a body by the implicit midpoint rule: 2 m + gamma + V P^T P + K/2, of which the velocity in the
+    /// middle of a step is the solution.
+    std::shared_ptr<const solid::Cholesky> middle{};
   };
+  void prepare(Part& part) const;
+  void move_implicitly(const Part& part, Vector& f, Vector& v, const Vector& wanted, Vector& mean) const;
   Vector own(const Part& part, const Vector& markers) const;
   void move(const Part& part, Vector& f, Vector& v, const Vector& wanted, Vector& mean) const;
   Vector wanted_velocity(const Vector& v, const Vector& W) const;

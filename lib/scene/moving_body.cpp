@@ -5,6 +5,7 @@
 #include "base/error.hpp"
 #include "base/work.hpp"
 #include "scene/markers.hpp"
+#include "solid/implicit_midpoint.hpp"
 
 namespace veriflex::scene {
 
@@ -33,8 +34,14 @@ MovingBody::MovingBody(Body body, const fluid::Spec* fluid)
     const auto or_none = [&](Positions& given) {
       return given.size() > 0 ? std::move(given) : Positions(Positions::Zero(body_.network.node_count(), 3));
     };
-    motion_.emplace(body_.material, body_.network, std::move(body_.conditions), 1.0, body_.substeps,
-                    or_none(body_.start.displacement), or_none(body_.start.velocity));
+    Positions u = or_none(body_.start.displacement), v = or_none(body_.start.velocity);
+    if (body_.scheme == solid::Scheme::ImplicitMidpoint) {
+      motion_ = std::make_unique<solid::ImplicitMidpoint>(
+          body_.material, body_.network, std::move(body_.conditions), 1.0, std::move(u), std::move(v));
+    } else {
+      motion_ = std::make_unique<solid::Leapfrog>(body_.material, body_.network, std::move(body_.conditions),
+                                                  1.0, body_.substeps, std::move(u), std::move(v));
+    }
   }
 }
 
@@ -71,7 +78,7 @@ void MovingBody::interpolate(const fluid::Fluid& fluid) {
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < coupled_.size(); ++i) {
       const auto row = static_cast<Eigen::Index>(i);
-      slip_(row, axis) = wanted_(row, axis) - motion_->half_velocity()(coupled_[i], axis);
+      slip_(row, axis) = wanted_(row, axis) - motion_->carried_velocity()(coupled_[i], axis);
     }
   }
   coupling::add_further_rounds(*transfer_, slip_, body_.coupling->marker_volume,

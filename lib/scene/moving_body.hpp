@@ -5,8 +5,9 @@
 ///   F_int = rho_f V (u_f - u_s)
 ///
 /// A step has three parts, of which the first and the last are not called for a body that meets no fluid. u_s
-/// is the velocity that leap-frog carries, half a sub-step old: an averaged on-step one makes the coupling
-/// unstable. For a given motion u_s is that of the markers' time.
+/// is the velocity that the scheme carries, of leap-frog half a sub-step old: an averaged on-step one makes
+/// the coupling unstable. The implicit midpoint rule couples to the mean velocity of the step. For a given
+/// motion u_s is that of the markers' time.
 #pragma once
 
 #include "coupling/transfer.hpp"
@@ -21,7 +22,7 @@ class MovingBody {
   /// when the energy does not exist at rest.
   MovingBody(Body body, const fluid::Spec* fluid);
 
-  /// The leap-frog refers to the network beside it.
+  /// The integrator refers to the network beside it.
   MovingBody(const MovingBody&) = delete;
   MovingBody& operator=(const MovingBody&) = delete;
 
@@ -35,14 +36,14 @@ class MovingBody {
   void spread();
   fluid::NodeForces reaction() const { return {transfer().nodes(), &spread_}; }
 
-  /// As it was given, but for how it is held and starts: see Leapfrog::conditions().
+  /// As it was given, but for how it is held and starts: see Integrator::conditions().
   const Body& spec() const { return body_; }
   const std::string& name() const { return body_.name; }
   const solid::Network& network() const { return body_.network; }
   bool is_coupled() const { return transfer_.has_value() || prescribed_.has_value(); }
   /// Whether it moves by its own forces; solid() exists only then.
-  bool is_elastic() const { return motion_.has_value(); }
-  const solid::Leapfrog& solid() const { return *motion_; }
+  bool is_elastic() const { return motion_ != nullptr; }
+  const solid::Integrator& solid() const { return *motion_; }
 
   const std::vector<std::int32_t>& coupled() const { return coupled_; }
   /// Of all nodes from where they were undeformed  [L].
@@ -51,7 +52,7 @@ class MovingBody {
   Positions positions() const;
   /// Of the coupled nodes alone  [L].
   Positions markers() const;
-  /// m v of its nodes with the velocity that leap-frog carries; 0 where the motion is given  [M L T^-1].
+  /// m v of its nodes with the velocity that the scheme carries; 0 where the motion is given  [M L T^-1].
   Vec3 momentum() const;
   /// F_int of the last step, its mean over the sub-steps, one row per coupled node; no rows before the first
   /// step  [M L T^-2].
@@ -64,7 +65,7 @@ class MovingBody {
   /// What determines the motion from here on. `elastic` is absent where the motion is given.
   struct State {
     std::int64_t steps;
-    std::optional<solid::Leapfrog::State> elastic;
+    std::optional<solid::Integrator::State> elastic;
   };
   State state() const;
   void restore(const State& state);
@@ -76,7 +77,7 @@ class MovingBody {
   Body body_;
   std::vector<std::int32_t> coupled_;
   std::int64_t steps_ = 0;
-  std::optional<solid::Leapfrog> motion_;
+  std::unique_ptr<solid::Integrator> motion_;
   std::optional<coupling::Transfer> transfer_;  // of a body that moves by its own forces, and
   std::optional<PrescribedBody> prescribed_;    // of one whose motion is given; neither without a coupling
   Positions markers_, at_nodes_, wanted_, slip_, exchanged_, spread_;

@@ -34,7 +34,8 @@ struct Body {
   solid::Material material;        // means nothing where the motion is given
   solid::Network network;          // already turned into the axes of the box
   solid::Conditions conditions{};  // in the axes of the box
-  solid::Substeps substeps{};
+  solid::Substeps substeps{};      // of leap-frog
+  solid::Scheme scheme = solid::Scheme::LeapFrog;
   Vec3 place = Vec3::Zero();               // where the origin of `network` stands in the box  [L]
   int axis = 2;                            // of the box, along which the body's own z axis points
   std::optional<CouplingSpec> coupling{};  // absent: the body does not meet the fluid

@@ -10,7 +10,6 @@
 #include "base/error.hpp"
 #include "base/stop.hpp"
 #include "fluid/links.hpp"
-#include "scene/coupled_step.hpp"
 #include "solid/dof_map.hpp"
 #include "solid/modes.hpp"
 
@@ -24,6 +23,7 @@ constexpr double amplitude = 1e-8;      // of the largest number of a state that
 constexpr double farthest = 1e-2;       // of one that is read out: beyond, it is not linear
 constexpr double least_shift = 1e-3;    // of the stiffness in a length, over the largest of K
 constexpr double strainless = 1e-9;     // stiffness over the largest of K below which nothing is strained
+constexpr double rounded = 1e-7;        // of an image of a state of 1: what is smaller may be rounding
 constexpr double known_exactly = 1e-6;  // to which an invariant must be one
 constexpr double resting = 1e-4;        // displacement of a body at rest in a run  [L]
 
@@ -95,7 +95,7 @@ SimulatedStep::SimulatedStep(const Scene& scene) {
 
 void SimulatedStep::add_body(const Body& body, std::size_t number) {
   const Positions rest = Positions::Zero(body.network.node_count(), 3);
-  const solid::FixedDofs held = prescribed_dofs(body);
+  const solid::FixedDofs held = solid::prescribed_dofs(body.conditions, body.network.node_count());
   const solid::DofMap dofs(held);
   if (dofs.count == 0) return;
   auto free = std::make_unique<FreeBody>();
@@ -128,11 +128,11 @@ SimulatedStep::Vector SimulatedStep::strained(const FreeBody& body, const Vector
 State SimulatedStep::perturbed(const Vector& state, double scale) const {
   State put = rest_;
   for (const auto& body : bodies_) {
-    solid::Leapfrog::State& elastic = *put.bodies[body->number].elastic;
+    solid::Integrator::State& elastic = *put.bodies[body->number].elastic;
     for (Eigen::Index i = 0; i < body->count(); ++i) {
       const Eigen::Index at = body->coordinates[static_cast<std::size_t>(i)];
       elastic.displacement.data()[at] += scale * state[body->first + i];
-      elastic.half_velocity.data()[at] += scale * state[body->first + body->count() + i];
+      elastic.velocity.data()[at] += scale * state[body->first + body->count() + i];
     }
   }
   Eigen::Index next = first_population_;
@@ -146,11 +146,11 @@ SimulatedStep::Vector SimulatedStep::read() const {
   const State now = simulation_->state();
   Vector state(size());
   for (const auto& body : bodies_) {
-    const solid::Leapfrog::State& elastic = *now.bodies[body->number].elastic;
+    const solid::Integrator::State& elastic = *now.bodies[body->number].elastic;
     for (Eigen::Index i = 0; i < body->count(); ++i) {
       const Eigen::Index at = body->coordinates[static_cast<std::size_t>(i)];
       state[body->first + i] = elastic.displacement.data()[at];
-      state[body->first + body->count() + i] = elastic.half_velocity.data()[at];
+      state[body->first + body->count() + i] = elastic.velocity.data()[at];
     }
   }
   Eigen::Index next = first_population_;
@@ -210,6 +210,43 @@ SimulatedStep::Vector SimulatedStep::without_neutral(const Vector& state) const 
     rest.segment(body->first, body->count()) = strained(*body, rest.segment(body->first, body->count()));
   }
   return rest;
+}
+
+/// What strains a body is found by functions of its stiffness, which are symmetric.
+SimulatedStep::Vector SimulatedStep::without_neutral_transposed(const Vector& pairing) const {
+  Vector rest = pairing;
+  for (const auto& body : bodies_) {
+    rest.segment(body->first, body->count()) = strained(*body, rest.segment(body->first, body->count()));
+  }
+  if (conserved_.cols() > 0) rest -= conserved_ * (pairing_.transpose() * (unchanged_.transpose() * rest));
+  return rest;
+}
+
+SimulatedStep::Sparse SimulatedStep::matrix() const {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Eigen::Index column = 0; column < size(); ++column) {
+    const Vector image = run(Vector::Unit(size(), column), 1);
+    for (Eigen::Index row = 0; row < size(); ++row) {
+      if (std::abs(image[row]) > rounded) entries.emplace_back(row, column, image[row]);
+    }
+  }
+  Sparse matrix(size(), size());
+  matrix.setFromTriplets(entries.begin(), entries.end());
+  return matrix;
+}
+
+SimulatedStep::Sparse SimulatedStep::weights() const {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (Eigen::Index i = 0; i < size(); ++i) entries.emplace_back(i, i, weight_[i]);
+  for (const auto& body : bodies_) {
+    for (Eigen::Index column = 0; column < body->count(); ++column) {
+      for (Sparse::InnerIterator entry(body->stiffness, column); entry; ++entry)
+        entries.emplace_back(body->first + entry.row(), body->first + column, entry.value());
+    }
+  }
+  Sparse weights(size(), size());
+  weights.setFromTriplets(entries.begin(), entries.end());
+  return weights;
 }
 
 SimulatedStep::Vector SimulatedStep::noise() const {

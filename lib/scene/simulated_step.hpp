@@ -24,6 +24,7 @@ namespace veriflex::scene {
 class SimulatedStep {
  public:
   using Vector = Eigen::VectorXd;
+  using Sparse = Eigen::SparseMatrix<double>;
 
   /// Throws BadParameter ("fluid", "fluid.storage") for a scene without fluid or with float populations, and
   /// NumericalFailure when a body does not rest where it stands.
@@ -40,6 +41,8 @@ class SimulatedStep {
   /// axis: the sums of rho u_a, (-1)^(b+c) rho u_a, (-1)^(a+t) rho u_a and (-1)^(a+b+c+t) rho u_a, for what
   /// carries momentum along a moves by one node along it, and by one along both b and c or along neither.
   Vector without_neutral(const Vector& state) const;
+  /// The transposed of that operator, of whatever is paired with states.
+  Vector without_neutral_transposed(const Vector& pairing) const;
 
   /// A state without pattern in bodies and fluid, of length 1, without_neutral().
   Vector noise() const;
@@ -47,6 +50,10 @@ class SimulatedStep {
   /// B x, x B x being the square of the length.
   Vector weighted(const Vector& state) const;
   double length(const Vector& state) const { return std::sqrt(state.dot(weighted(state))); }
+  /// A step and B as matrices. The step keeps what is neutral; entries that are nothing but rounding are left
+  /// out.
+  Sparse matrix() const;
+  Sparse weights() const;
   /// Which part of the square of the length the bodies have.
   double share_of_bodies(const Vector& state) const;
 
@@ -56,8 +63,6 @@ class SimulatedStep {
   std::int64_t steps_made() const { return steps_made_; }
 
  private:
-  using Sparse = Eigen::SparseMatrix<double>;
-
   /// The coordinates of a body that are free, and its stiffness over them.
   struct FreeBody {
     std::size_t number;  // in the scene

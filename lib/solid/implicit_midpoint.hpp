@@ -1,45 +1,50 @@
 /// Motion of a network by the implicit midpoint rule: a step costs the solution of a static problem, and none
 /// is too long for a stiff bond.                                            [hairer-lubich-wanner-2006, II.1.3]
 ///
-///   u' = u + dt (v + v')/2,   m v' = m v + dt F((u + u')/2)
+///   u' = u + dt (v + v')/2,   m v' = m v + dt F((u + u')/2) - dt gamma (u' - u)/dt
 ///
-/// The middle x = (u + u')/2 minimises energy(x) - load . x + (2 m/dt^2) |x - (u + dt/2 v)|^2, which Newton's
-/// method does inside the bonds' domains (see equilibrium()). Second order, symmetric and symplectic; stable
-/// for small oscillations at any dt, which it slows down: tan(omega' dt/2) = omega dt/2.
+/// The middle x = (u + u')/2 minimises energy(x) - load . x + (2 m/dt^2) |x - (u + dt/2 v)|^2, and drag and a
+/// coupling that follows the velocity of the step, (u' - u)/dt, add squares of their own. Newton's method
+/// finds it inside the bonds' domains with a factor that is kept from step to step (newton_with()). Second
+/// order, symmetric and symplectic; stable for small oscillations at any dt, which it slows down: tan(omega'
+/// dt/2) = omega dt/2.
 #pragma once
 
-#include <cstdint>
-
-#include "solid/statics.hpp"
+#include "solid/integrator.hpp"
+#include "solid/newton.hpp"
 
 namespace veriflex::solid {
 
-class ImplicitMidpoint {
+class ImplicitMidpoint final : public Integrator {
  public:
-  /// Starts at displacement u and velocity v at time 0; `load` is dead and may be empty. The network must
-  /// outlive the motion.
-  ImplicitMidpoint(const Material& material, const Network& network, double node_mass, const FixedDofs& fixed,
-                   const Positions& load, double dt, const Positions& u, const Positions& v);
+  /// Starts at displacement u and velocity v at time 0. The network must outlive the motion. Throws
+  /// NumericalFailure when the energy does not exist at u.
+  ImplicitMidpoint(const Material& material, const Network& network, Conditions conditions, double dt,
+                   Positions u, Positions v);
 
-  /// Advances by dt. Throws NumericalFailure, with the step, as equilibrium() does, and when a bond is
-  /// outside of its law's domain at the end of the step; the state is then that of the last good step.
-  void step();
+  /// Throws NumericalFailure, with the step, as equilibrium() does, and when a bond is outside of its law's
+  /// domain at the end of the step.
+  void step() override;
+  void step(const VelocityCoupling& coupling, Positions& mean) override;
 
-  const Positions& displacement() const { return u_; }
-  const Positions& velocity() const { return v_; }
-  double time() const { return static_cast<double>(steps_) * dt_; }
-  std::int64_t steps() const { return steps_; }
-  /// Newton steps so far: each assembles a Hessian and factorises it.
+  State state() const override { return {u_, v_, steps_, 1, 0.0, dt_, kept_.at}; }
+  void restore(const State& state) override;
+
+  /// Free coordinates carry it; those that are prescribed have the mean velocity of their last step.
+  Positions velocity() const override { return v_; }
+
+  /// Newton steps so far.
   std::int64_t newton_steps() const { return newton_steps_; }
 
  private:
-  Material material_;
-  const Network& network_;
-  double mass_, dt_;
-  FixedDofs fixed_;
-  Positions load_;
-  std::int64_t steps_ = 0, newton_steps_ = 0;
-  Positions u_, v_;
+  void advance(const Positions& load, const Inertia& inertia);
+  Inertia inertia() const;
+  Positions load() const;
+  bool evaluate(const Positions& u);
+
+  FixedDofs prescribed_;  // fixed or driven
+  KeptFactor kept_;
+  std::int64_t newton_steps_ = 0;
   parts::Built part_;
 };
 

@@ -20,20 +20,10 @@ constexpr double max_substeps = 1e6;
 constexpr double refused_share = 0.1;
 }  // namespace
 
-double Drive::at(double time) const {
-  const double risen = ramp > 0.0 ? std::min(1.0, time / ramp) : 1.0;
-  return risen * amplitude * std::sin(omega * time);
-}
-
 Leapfrog::Leapfrog(const Material& material, const Network& network, Conditions conditions, double dt,
                    Substeps substeps, Positions u, Positions v)
-    : material_(material),
-      network_(network),
-      conditions_(std::move(conditions)),
-      dt_(dt),
-      wanted_(substeps),
-      u_(std::move(u)),
-      v_(std::move(v)) {
+    : Integrator(material, network, std::move(conditions), dt, std::move(u), std::move(v)),
+      wanted_(substeps) {
   if (!evaluate(u_)) fail("start", u_);
   divide();
   // Back to half a sub-step before the start, so that velocity() is v.
@@ -53,17 +43,8 @@ Leapfrog::Leapfrog(const Material& material, const Network& network, Conditions 
     v_before_.resizeLike(u_);
   }
   tell_parts();
-}
-
-void Leapfrog::tell_parts() {
-  using parts::array_bytes, parts::Kind;
-  network_parts_ = parts_of(network_);
-  parts_.emplace_back(Kind::LeapFrog, array_bytes(u_, v_, gradient_, next_, work_.d, work_.g, bonds_before_,
-                                                  u_before_, v_before_));
-  if (material_.has_angles()) parts_.emplace_back(Kind::Angles, work_.stars.bytes());
-  if (conditions_.fixed.size() > 0) parts_.emplace_back(Kind::Constraints, array_bytes(conditions_.fixed));
-  if (conditions_.load.size() > 0) parts_.emplace_back(Kind::Loads, array_bytes(conditions_.load));
-  if (conditions_.drive) parts_.emplace_back(Kind::Drive, array_bytes(conditions_.drive->nodes));
+  parts_.emplace_back(parts::Kind::LeapFrog, parts::array_bytes(u_, v_, gradient_, next_, work_.d, work_.g,
+                                                                bonds_before_, u_before_, v_before_));
 }
 
 // As many sub-steps as asked for, or as the present network needs.
@@ -180,7 +161,7 @@ int Leapfrog::advance(Extra extra_kick) {
 
 void Leapfrog::restore(const State& state) {
   u_ = state.displacement;
-  v_ = state.half_velocity;
+  v_ = state.velocity;
   steps_ = state.steps;
   count_ = state.substeps;
   stiffest_ = state.stiffest;
@@ -228,21 +209,6 @@ void Leapfrog::reverse() {
   // v(t - dt/2) becomes -v(t + dt/2).
   v_ = v_ - 2.0 * (v_ - velocity());
   v_ = -v_;
-}
-
-double Leapfrog::kinetic_energy() const { return 0.5 * conditions_.node_mass * velocity().squaredNorm(); }
-
-double Leapfrog::potential_energy() const {
-  const double elastic = visit(
-      material_, [&](const auto& law, const auto& angle) { return energy(law, angle, network_, work_); });
-  return conditions_.load.size() > 0 ? elastic - conditions_.load.cwiseProduct(u_).sum() : elastic;
-}
-
-Vec3 Leapfrog::momentum() const { return conditions_.node_mass * v_.colwise().sum().transpose(); }
-
-void Leapfrog::fail(const std::string& when, const Positions& u) const {
-  throw NumericalFailure(fmt::format("{}: {}", when, what_is_inadmissible(material_, network_, u)),
-                         FailureMode::Bond);
 }
 
 }  // namespace veriflex::solid

@@ -22,6 +22,7 @@ namespace veriflex::solid {
 namespace {
 
 constexpr int max_iterations = 200;
+constexpr double kept_helps = 0.5;  // of the out-of-balance force that a step with an old factor may leave
 constexpr double epsilon = std::numeric_limits<double>::epsilon();
 
 // Whether no bond, anywhere on the straight way from its vector in `work` over `step`, comes nearer to a
@@ -70,8 +71,8 @@ Eigen::VectorXd conjugate_gradient_step(const Eigen::SparseMatrix<double>& h, co
 template <bond::BondLaw Law, class AngleTerm>
 Equilibrium solve(const Material& material, const Law& law, const AngleTerm& angle, const Network& network,
                   const Positions& start, const FixedDofs& held, const Positions& load,
-                  const Inertia& inertia, LinearSolver solver, double wanted_residual) {
-  const bool is_static = inertia.stiffness == 0.0;
+                  const Inertia& inertia, LinearSolver solver, double wanted_residual, KeptFactor* kept) {
+  const bool is_static = inertia.stiffness.size() == 0;
   const DofMap dofs(held);
   // Evaluates the state at u; false where the energy does not exist.
   const auto evaluate = [&](const Positions& u, State& state) {
@@ -79,13 +80,36 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
     if (!deform(law, network, u, state.work)) return false;
     if (!gradient(law, angle, network, state.work, state.gradient)) return false;
     state.gradient -= load;
-    if (!is_static) state.gradient += inertia.stiffness * (u - inertia.predicted);
+    if (!is_static) state.gradient += inertia.stiffness.asDiagonal() * (u - inertia.predicted);
     state.g = dofs.gather(state.gradient);
     return true;
   };
   const auto potential = [&](const State& state) {
     const double dead = energy(law, angle, network, state.work) - load.cwiseProduct(state.u).sum();
-    return is_static ? dead : dead + 0.5 * inertia.stiffness * (state.u - inertia.predicted).squaredNorm();
+    return is_static
+               ? dead
+               : dead + 0.5 * inertia.stiffness.dot((state.u - inertia.predicted).rowwise().squaredNorm());
+  };
+  const auto hessian_of = [&](const State& state) {
+    std::vector<Eigen::Triplet<double>> second = hessian(law, angle, network, state.work);
+    if (!is_static) {
+      for (int i = 0; i < static_cast<int>(held.size()); ++i)
+        second.emplace_back(i, i, inertia.stiffness[i % inertia.stiffness.size()]);
+    }
+    return dofs.restrict(second);
+  };
+  // Bond vectors are rounded to epsilon times themselves and the displacements: forces cannot be balanced
+  // better.
+  const auto rounding_of = [](const State& state, double stiffest) {
+    const double longest = largest(state.work.d.rowwise().norm());
+    return 2.0 * epsilon * (largest_magnitude(state.u) + longest) * stiffest;
+  };
+  const auto solution = [&](const State& state, int iterations, double force) -> Equilibrium {
+    Positions reaction = state.gradient;
+    for (Eigen::Index i = 0; i < held.size(); ++i) {
+      if (!held.data()[i]) reaction.data()[i] = 0.0;
+    }
+    return {state.u, reaction, iterations, largest_magnitude(state.g) / force};
   };
 
   State now;
@@ -100,46 +124,50 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
            state.work.stars.bytes();
   };
   parts::Built part(parts::Kind::Statics, 0.0);
-  Cholesky factor;
+  Cholesky own;
+  Cholesky& factor = kept ? kept->factor : own;
+  const auto factorize_at = [&](const State& state, const Eigen::SparseMatrix<double>& h, int iteration) {
+    if (factor.rows() == 0) factor.analyzePattern(h);
+    factorize_stable(factor, h, iteration);
+    if (!kept) return;
+    kept->at = state.u;
+    kept->stiffest = infinity_norm(h);
+    kept->is_made = true;
+  };
+  if (kept && !kept->is_made && kept->at.size() > 0 && evaluate(kept->at, next))
+    factorize_at(next, hessian_of(next), 0);
   double previous = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration <= max_iterations; ++iteration) {
     stop_if_asked("Newton step", iteration);
     const double states = bytes_of_state(now) + bytes_of_state(next);
-    part.takes(states + bytes_of(factor));
-    const Eigen::SparseMatrix<double> h = [&] {
-      std::vector<Eigen::Triplet<double>> second = hessian(law, angle, network, now.work);
-      if (!is_static) {
-        for (int i = 0; i < static_cast<int>(held.size()); ++i) second.emplace_back(i, i, inertia.stiffness);
-      }
-      return dofs.restrict(second);
-    }();
-    const double stiffest = infinity_norm(h);
+    part.takes(states + bytes_of(own));
     const double force = worse(force_scale(law, now.work), largest_magnitude(load));
+    if (kept && kept->is_made && dofs.count > 0) {
+      if (largest_magnitude(now.g) <= std::max(wanted_residual * force, rounding_of(now, kept->stiffest)))
+        return solution(now, iteration, force);
+      const Positions move = dofs.scatter(kept->factor.solve(-now.g), 1.0);
+      if (keeps_clear(law, network, now.work, move) && evaluate(now.u + move, next) &&
+          largest_magnitude(next.g) <= kept_helps * largest_magnitude(now.g)) {
+        std::swap(now, next);
+        continue;
+      }
+    }
+    const Eigen::SparseMatrix<double> h = hessian_of(now);
+    const double stiffest = infinity_norm(h);
     if (!std::isfinite(force) || !std::isfinite(stiffest)) {
       throw NumericalFailure(
           fmt::format("static solution at Newton step {}: forces or stiffnesses leave double precision",
                       iteration),
           FailureMode::NotFinite);
     }
-    if (dofs.count > 0 && solver == LinearSolver::Factor) {
-      if (iteration == 0) factor.analyzePattern(h);
-      factorize_stable(factor, h, iteration);
-    }
-    part.takes(states + bytes_of(factor) + bytes_of(h));
-    // Bond vectors are rounded to epsilon times themselves and the displacements: forces cannot be balanced
-    // better.
-    const double longest = largest(now.work.d.rowwise().norm());
-    const double rounding = 2.0 * epsilon * (largest_magnitude(now.u) + longest) * stiffest;
+    if (dofs.count > 0 && solver == LinearSolver::Factor) factorize_at(now, h, iteration);
+    part.takes(states + bytes_of(own) + bytes_of(h));
+    const double rounding = rounding_of(now, stiffest);
     const bool no_longer_helps =
         largest_magnitude(now.g) <= rounding && largest_magnitude(now.g) >= 0.5 * previous;
     previous = largest_magnitude(now.g);
-    if (largest_magnitude(now.g) <= wanted_residual * force || no_longer_helps) {
-      Positions reaction = now.gradient;
-      for (Eigen::Index i = 0; i < held.size(); ++i) {
-        if (!held.data()[i]) reaction.data()[i] = 0.0;
-      }
-      return {now.u, reaction, iteration, largest_magnitude(now.g) / force};
-    }
+    if (largest_magnitude(now.g) <= wanted_residual * force || no_longer_helps)
+      return solution(now, iteration, force);
     const Eigen::VectorXd step =
         solver == LinearSolver::Factor ? factor.solve(-now.g) : conjugate_gradient_step(h, now.g, iteration);
     const double slope = step.dot(now.g);
@@ -169,7 +197,16 @@ Equilibrium solve(const Material& material, const Law& law, const AngleTerm& ang
 Equilibrium newton(LinearSolver solver, const Material& material, const Network& network, const Positions& u,
                    const FixedDofs& held, const Positions& load, const Inertia& inertia, double residual) {
   return visit(material, [&](const auto& law, const auto& angle) {
-    return solve(material, law, angle, network, u, held, load, inertia, solver, residual);
+    return solve(material, law, angle, network, u, held, load, inertia, solver, residual, nullptr);
+  });
+}
+
+Equilibrium newton_with(KeptFactor& kept, const Material& material, const Network& network,
+                        const Positions& u, const FixedDofs& held, const Positions& load,
+                        const Inertia& inertia, double residual) {
+  return visit(material, [&](const auto& law, const auto& angle) {
+    return solve(material, law, angle, network, u, held, load, inertia, LinearSolver::Factor, residual,
+                 &kept);
   });
 }
 

@@ -18,11 +18,11 @@ struct Equilibrium {
 /// A spring of every coordinate to a place of its own: what inertia is to a step that is solved for its
 /// middle.
 struct Inertia {
-  double stiffness = 0.0;    // [M T^-2]
-  Positions predicted = {};  // where each node would be without forces; empty when the stiffness is 0  [L]
+  Eigen::VectorXd stiffness = {};  // of each node; empty: there is none  [M T^-2]
+  Positions predicted = {};        // where each node would be without forces  [L]
 };
 
-/// Minimises energy(u) - sum load . u + inertia.stiffness/2 |u - inertia.predicted|^2 over the free
+/// Minimises energy(u) - sum load . u + sum inertia.stiffness/2 |u - inertia.predicted|^2 over the free
 /// coordinates by Newton's method with Eigen's sparse Cholesky factorisation, starting at the displacement u.
 /// A step is shortened until every bond stays inside its domain and the out-of-balance force or the energy
 /// falls. Converged at a residual of 1e-12, or when rounding keeps a further step from helping. Throws

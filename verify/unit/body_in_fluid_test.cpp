@@ -97,7 +97,7 @@ TEST_CASE(
     for (int step = 0; step < 3; ++step) {
       const Vec3 X = simulation.body().positions().row(0);
       const double u = velocity_at(simulation.fluid(), X)[0];
-      double v = simulation.body().solid().half_velocity()(0, 0);
+      double v = simulation.body().solid().carried_velocity()(0, 0);
       const double before = simulation.body().solid().displacement()(0, 0);
       const Vec3 momentum = simulation.fluid().totals().momentum;
 

@@ -12,6 +12,8 @@
 #include "catch.hpp"
 #include "coupling/transfer.hpp"
 #include "scene/markers.hpp"
+#include "scene/simulation.hpp"
+#include "solid/dof_map.hpp"
 #include "solid/modes.hpp"
 
 using namespace veriflex;
@@ -198,6 +200,54 @@ TEST_CASE("A hundred small bodies grow as all eigenvalues of their maps say") {
   }
   CHECK(grow > 25);
   CHECK(grow < 75);
+}
+
+TEST_CASE("The map's step is the simulation's, to first order, by either integrator") {
+  // One step from a fluid at rest: what the fluid does to its momentum afterwards is not in the map.
+  for (const solid::Scheme scheme : {solid::Scheme::LeapFrog, solid::Scheme::ImplicitMidpoint}) {
+    for (const bool subcycled : {false, true}) {
+      scene::Body body = rod(6, 0.7, scheme == solid::Scheme::LeapFrog ? 3 : 1);
+      body.scheme = scheme;
+      body.coupling->subcycled = subcycled;
+      const scene::CoupledStep step(box, body, scene::FluidMemory::Keeps);
+      const solid::DofMap dofs(solid::prescribed_dofs(body.conditions, body.network.node_count()));
+      std::mt19937 random(3);
+      Eigen::VectorXd u(step.free_count()), state = Eigen::VectorXd::Zero(step.size());
+      for (double& x : u) x = 1e-7 * (static_cast<double>(random()) / 4294967296.0 - 0.5);
+      state.head(u.size()) = -(step.stiffness() * u);
+      for (double& x : state.segment(u.size(), u.size()))
+        x = 1e-7 * (static_cast<double>(random()) / 4294967296.0 - 0.5);
+      const Eigen::VectorXd after = step.next(state);
+
+      scene::Simulation simulation({.fluid = box, .bodies = {body}});
+      scene::State put = simulation.state();
+      put.bodies[0].elastic->displacement = dofs.scatter(u, 1.0);
+      put.bodies[0].elastic->velocity = dofs.scatter(state.segment(u.size(), u.size()), 1.0);
+      simulation.restore(put);
+      simulation.advance();
+      const solid::Integrator& solid = simulation.body().solid();
+      const Eigen::VectorXd f = -(step.stiffness() * dofs.gather(solid.displacement()));
+      const Eigen::VectorXd v = dofs.gather(solid.carried_velocity());
+      INFO("implicit " << step.is_implicit() << ", subcycled " << subcycled);
+      CHECK((f - after.head(u.size())).norm() < 1e-5 * f.norm());
+      CHECK((v - after.segment(u.size(), u.size())).norm() < 1e-5 * v.norm());
+    }
+  }
+}
+
+TEST_CASE("By the implicit rule no stiffness and no mass is too much while V S is below 2") {
+  for (const double mass : {0.02, 1.0}) {
+    scene::Body body = rod(6, mass, 1);
+    body.network = solid::rod_lattice({1.0, 6, 1.0});
+    solid::add_angles(body.network);
+    body.scheme = solid::Scheme::ImplicitMidpoint;
+    body.coupling->subcycled = true;
+    body.material = {bond::Harmonic{2600.0, 1.0}, 250.0};
+    CHECK(scene::dense_growth(scene::CoupledStep(box, body, scene::FluidMemory::Keeps)).factor ==
+          Approx(1.0).epsilon(1e-6));
+    body.scheme = solid::Scheme::LeapFrog;
+    CHECK(scene::dense_growth(scene::CoupledStep(box, body, scene::FluidMemory::Keeps)).factor > 2.0);
+  }
 }
 
 TEST_CASE("Two nodes on a bond of any stiffness have a least node mass") {

@@ -112,7 +112,8 @@ TEST_CASE(
   FixedDofs along = FixedDofs::Constant(2, 3, true);  // a pair that is pressed turns aside in a long step
   along.col(2).setConstant(false);
   for (const double dt : {0.1, 1.0, 10.0, 1000.0}) {
-    ImplicitMidpoint motion({bond::Harmonic{0.26, 1.0}, 0.0}, network, 1.0, along, {}, dt, u, zero(network));
+    ImplicitMidpoint motion({bond::Harmonic{0.26, 1.0}, 0.0}, network,
+                            {.fixed = along, .load = {}, .drive = {}}, dt, u, zero(network));
     const double turn = 2.0 * std::atan(0.5 * omega * dt);
     for (int step = 1; step <= 50; ++step) {
       motion.step();
@@ -132,7 +133,7 @@ TEST_CASE("The implicit midpoint rule keeps momentum, finds its way back, and is
     };
     std::vector<double> drift;
     for (const double dt : {0.5, 0.25}) {
-      ImplicitMidpoint there(material, network, 1.0, {}, {}, dt, u, v);
+      ImplicitMidpoint there(material, network, {}, dt, u, v);
       const double before = energy_of(there);
       double worst = 0.0;
       while (there.time() < 20.0) {
@@ -141,7 +142,7 @@ TEST_CASE("The implicit midpoint rule keeps momentum, finds its way back, and is
       }
       drift.push_back(worst);
       CHECK(there.velocity().sum() == Approx(total).margin(1e-13));
-      ImplicitMidpoint back(material, network, 1.0, {}, {}, dt, there.displacement(), -there.velocity());
+      ImplicitMidpoint back(material, network, {}, dt, there.displacement(), -there.velocity());
       while (back.time() < 20.0) back.step();
       CHECK((back.displacement() - u).cwiseAbs().maxCoeff() < 1e-11);
     }
@@ -156,8 +157,8 @@ TEST_CASE("A loaded, clamped body that the implicit rule damps by nothing swings
   fixed.row(1) << true, true, false;
   Positions load = zero(network);
   load(1, 2) = 0.0026;
-  ImplicitMidpoint motion({bond::Harmonic{0.26, 1.0}, 0.0}, network, 1.0, fixed, load, 0.5, zero(network),
-                          zero(network));
+  ImplicitMidpoint motion({bond::Harmonic{0.26, 1.0}, 0.0}, network,
+                          {.fixed = fixed, .load = load, .drive = {}}, 0.5, zero(network), zero(network));
   double least = 0.0, most = 0.0;
   for (int step = 0; step < 200; ++step) {
     motion.step();
@@ -169,11 +170,83 @@ TEST_CASE("A loaded, clamped body that the implicit rule damps by nothing swings
   CHECK(motion.displacement().row(0).isZero(0.0));
 }
 
+TEST_CASE("By the implicit rule a point under drag and coupling moves as its line of arithmetic says") {
+  // m (v' - v)/dt = F + V (w - s) - gamma s with s = (v + v')/2, which is (u' - u)/dt.
+  const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
+  constexpr double m = 0.8, gamma = 0.3, F = 0.02, V = 0.7, dt = 0.5;
+  const std::vector<std::int32_t> nodes{0, 1};
+  Positions load = zero(pair), target = zero(pair), v0 = zero(pair);
+  load.col(0).setConstant(F);
+  target.col(0).setConstant(-0.1);
+  v0.col(0).setConstant(0.03);
+  for (const bool subcycled : {true, false}) {
+    ImplicitMidpoint motion({bond::Harmonic{0.26, 1.0}, 0.0}, pair, {m, gamma, {}, load, {}}, dt, zero(pair),
+                            v0);
+    double u = 0.0, v = 0.03;
+    Positions mean;
+    for (int step = 0; step < 20; ++step) {
+      const double frozen = V * (-0.1 - v);
+      const double s = subcycled ? (2.0 * m / dt * v + F - 0.1 * V) / (2.0 * m / dt + V + gamma)
+                                 : (2.0 * m / dt * v + F + frozen) / (2.0 * m / dt + gamma);
+      motion.step({nodes, target, V, subcycled}, mean);
+      u += dt * s;
+      v = 2.0 * s - v;
+      CHECK(motion.displacement()(1, 0) == Approx(u).epsilon(1e-12));
+      CHECK(motion.velocity()(1, 0) == Approx(v).epsilon(1e-11));
+      CHECK(mean(0, 0) == Approx(subcycled ? V * (-0.1 - s) : frozen).epsilon(1e-11));
+    }
+  }
+}
+
+TEST_CASE("Driven and coupled, the implicit rule and leap-frog come to one motion") {
+  const Network network = bar(2, 2, 6);
+  Conditions conditions;
+  conditions.drive = Drive{{0, 1, 2, 3}, 0, 0.3, 0.4, 3.0};
+  conditions.fixed = nothing_held(network);
+  for (int i = 0; i < 4; ++i) conditions.fixed.row(i) << false, true, true;
+  std::vector<std::int32_t> nodes;
+  for (int i = 4; i < 24; ++i) nodes.push_back(i);
+  const Positions target = Positions::Constant(20, 3, 0.01);
+  Positions mean;
+  const auto run = [&](auto&& motion) {
+    while (motion.time() < 8.0 - 1e-9) motion.step({nodes, target, 0.5, true}, mean);
+    return motion.displacement();
+  };
+  for (const Material& material : {glsm, glnsm}) {
+    const auto implicit = [&](double dt) {
+      return run(ImplicitMidpoint(material, network, conditions, dt, zero(network), zero(network)));
+    };
+    const auto leapfrog = [&](int substeps) {
+      return run(
+          Leapfrog(material, network, conditions, 0.25, {substeps, 0.0}, zero(network), zero(network)));
+    };
+    const auto distance = [](const Positions& a, const Positions& b) {
+      return (a - b).cwiseAbs().maxCoeff();
+    };
+    const Positions fine = implicit(1.0 / 64);
+    CHECK(distance(implicit(0.25), fine) / distance(implicit(0.125), fine) == Approx(4.2).epsilon(0.1));
+    // Leap-frog's force knows the velocity of half a sub-step ago: of first order.
+    const double far = distance(leapfrog(64), fine), near = distance(leapfrog(128), fine);
+    CHECK(far < 1e-3);
+    CHECK(far / near == Approx(2.0).epsilon(0.1));
+  }
+}
+
+TEST_CASE("Of a body 10^8 times as stiff as leap-frog bears the implicit rule keeps the energy") {
+  const Network network = bar(3, 3, 6);
+  const Material stiff{bond::Harmonic{2.6e7, 1.0}, 2.5e6};
+  const Positions v = noise(network, 1e-3);
+  ImplicitMidpoint motion(stiff, network, {}, 1.0, zero(network), v);
+  const double before = motion.kinetic_energy() + motion.potential_energy();
+  for (int step = 0; step < 100; ++step) motion.step();
+  CHECK(motion.kinetic_energy() + motion.potential_energy() == Approx(before).epsilon(1e-3));
+}
+
 TEST_CASE("A step over a bond's limit is refused with the step, and nothing has moved") {
   const Network network = cubic_lattice({{1, 1, 2}, 1.0});
   Positions v = zero(network);
   v(1, 2) = 100.0;
-  ImplicitMidpoint motion({paper_fene, 0.0}, network, 1.0, {}, {}, 10.0, zero(network), v);
+  ImplicitMidpoint motion({paper_fene, 0.0}, network, {}, 10.0, zero(network), v);
   CHECK_THROWS_WITH(motion.step(), ContainsSubstring("step 1: "));
   CHECK(motion.displacement().isZero(0.0));
   CHECK(motion.steps() == 0);
@@ -336,7 +409,7 @@ TEST_CASE("A step of another length than the one before keeps second order") {
     Leapfrog motion({bond::Harmonic{0.26, 1.0}, 0.0}, pair, {}, dt, {}, zero(pair), v);
     const int steps = static_cast<int>(std::lround(4.0 / dt));
     for (int i = 0; i < steps; ++i) {
-      Leapfrog::State state = motion.state();
+      Integrator::State state = motion.state();
       state.substeps = i % 2 == 0 ? 1 : 2;
       motion.restore(state);
       motion.step();

@@ -16,6 +16,7 @@
 #include "measures/coupling/kicked_run.hpp"
 #include "scene/coupling_stability.hpp"
 #include "scene/simulated_step.hpp"
+#include "scene/transient_growth.hpp"
 
 using namespace veriflex;
 
@@ -236,4 +237,32 @@ TEST_CASE("A body that does not rest where it stands has no growth") {
   scene::Scene scene = small_scene(1.0, 1, false, scene::Coupled::All);
   scene.bodies[0].material.law = bond::Harmonic{0.26, 0.9};
   CHECK_THROWS_WITH(scene::exact_growth(scene), ContainsSubstring("does not rest"));
+}
+
+TEST_CASE(
+    "The most that steps amplify is no less than what they do to any state, and tends to the spectrum's "
+    "rate") {
+  scene::Scene scene = small_scene(0.7, 1, false, scene::Coupled::All);
+  scene.fluid->grid = {{6, 6, 6}};
+  const std::vector<std::int64_t> steps{1, 8, 64};
+  const std::vector<double> grown = scene::transient_growth(scene, steps);
+  const scene::SimulatedStep step(scene);
+  double largest = 0.0;
+  scene::SimulatedStep::Vector state = step.noise();
+  for (int i = 0; i < 40; ++i) {  // the state that a run comes to is one that grows, or decays slowest
+    const scene::SimulatedStep::Vector next = step.after(state, 1);
+    largest = std::max(largest, step.length(next) / step.length(state));
+    state = next / step.length(next);
+  }
+  CHECK(grown[0] >= largest * (1.0 - 1e-6));
+  CHECK(grown[0] > 1.0);
+  const double rate = scene::exact_growth(scene, {.eigenvalues = 2}).factor;
+  CHECK(grown[2] >= std::pow(rate, 64) * (1.0 - 1e-4));
+  CHECK(std::pow(grown[2] / grown[1], 1.0 / 56.0) == Approx(rate).epsilon(0.02));
+}
+
+TEST_CASE("In lengths of energies a fluid alone amplifies nothing") {
+  const scene::Scene scene{.fluid = fluid::Spec{.grid = {{4, 4, 4}}, .relaxation_time = 0.6}};
+  const std::vector<std::int64_t> steps{1, 4};
+  for (const double grown : scene::transient_growth(scene, steps)) CHECK(grown <= 1.0 + 1e-6);
 }

@@ -13,6 +13,7 @@
 #include "scene/coupling_stability.hpp"
 #include "scene/exact_growth.hpp"
 #include "scene/simulated_step.hpp"
+#include "scene/transient_growth.hpp"
 
 // How fast small perturbations of a scene at rest grow, three ways: by the spectrum of its own steps, by the
 // linearised exchange without the fluid's own motion, and by a run that is kicked; and the node mass from
@@ -28,8 +29,9 @@ using observe::Record;
 struct SpectrumStudy {
   scene::Scene scene;  // at rest
   scene::GrowthSearch search;
-  std::int64_t steps;                // of a kicked run
-  std::optional<double> resolution;  // of a measured least node mass; none is looked for without it
+  std::int64_t steps;                   // of a kicked run
+  std::optional<double> resolution;     // of a measured least node mass; none is looked for without it
+  std::vector<std::int64_t> transient;  // numbers of steps whose largest amplification is asked, rising
 };
 
 bool is_elastic_in_fluid(const scene::Body& body) { return body.coupling && !body.motion; }
@@ -68,7 +70,7 @@ double critical_factor_of_map(const scene::Scene& scene) {
   return factor;
 }
 
-Observations declared(bool with_least_mass) {
+Observations declared(bool with_least_mass, bool with_transient) {
   Observations all;
   all.records = {{"spectrum",
                   "Eigenvalues of largest magnitude of a step",
@@ -86,6 +88,14 @@ Observations declared(bool with_least_mass) {
                  {"grew", {}, "1", "1: the kicked run grew"},
                  {"growth_measured", {}, "1", "of the kicked run, in its second half; where it grew"},
                  {"growth_ratio", {}, "1", "measured over that of the spectrum"}};
+  if (with_transient) {
+    all.records.push_back(
+        {"transient",
+         "Largest amplification of small states",
+         {{"steps", "n", "1", "steps", {}},
+          {"amplification", "max |G^n x|/|x|", "1", "lengths being roots of energies", {}}}});
+    all.metrics.push_back({"transient_growth", {}, "1", "largest amplification of a state in these steps"});
+  }
   if (!with_least_mass) return all;
   all.metrics.insert(all.metrics.end(),
                      {{"critical_node_mass", {}, "M", "least stable node mass, by the spectrum"},
@@ -112,6 +122,14 @@ void run(const SpectrumStudy& study, Observations& seen, Progress& progress, eng
   seen.set("growth_resolution", exact.resolution);
   seen.set("growth_steps", static_cast<double>(exact.steps));
   seen.set("growth_map", map);
+  if (!study.transient.empty()) {
+    const std::vector<double> grown = scene::transient_growth(study.scene, study.transient);
+    Record& transient = seen.open("transient");
+    for (std::size_t i = 0; i < grown.size(); ++i)
+      transient.append({static_cast<double>(study.transient[i]), grown[i]});
+    seen.set("transient_growth", *std::max_element(grown.begin(), grown.end()));
+    cost.finish("transient growth");
+  }
   progress.show("spectrum", 1, study.resolution ? 4 : 2);
   const KickedRun measured = run_kicked(kicked(study.scene, 1.0), study.steps);
   seen.set("grew", measured.grows ? 1.0 : 0.0);
@@ -167,7 +185,20 @@ engine::Study read_coupled_spectrum(const io::Table& top) {
                       .search = {.eigenvalues = static_cast<int>(
                                      t.has("eigenvalues") ? t.integer("eigenvalues", 1, 200) : 4)},
                       .steps = t.integer("steps", shortest_kicked_run, 10'000'000),
-                      .resolution = t.number_if("resolution")};
+                      .resolution = t.number_if("resolution"),
+                      .transient = {}};
+  if (t.has("transient_steps")) {
+    constexpr std::int64_t most_numbers = 200'000;  // each costs a step of the scene
+    std::int64_t numbers = fluid::Q * study.scene.fluid->grid.count();
+    for (const scene::Body& body : study.scene.bodies) numbers += 6 * body.network.node_count();
+    if (numbers > most_numbers) {
+      t.fail("transient_steps", fmt::format("a state of the scene has {} numbers", numbers),
+             fmt::format("each is followed for a step, and {} may be", most_numbers),
+             "Use a smaller box, or leave it out");
+    }
+    for (std::int64_t n = 1, most = t.integer("transient_steps", 1, 4096); n <= most; n *= 2)
+      study.transient.push_back(n);
+  }
   if (study.resolution && (!(*study.resolution >= 1e-5) || *study.resolution > 0.1)) {
     t.fail("resolution", fmt::format("'resolution' is {}", *study.resolution), "it lies between 1e-5 and 0.1",
            "Use 0.002");
@@ -178,7 +209,7 @@ engine::Study read_coupled_spectrum(const io::Table& top) {
   scene::put_in(plan, {"loads", "minute forces that kick the bodies of runs", 0.0, {parts::Kind::Loads}});
   check_places(read);
   return {.plan = std::move(plan),
-          .declares = declared(study.resolution.has_value()),
+          .declares = declared(study.resolution.has_value(), !study.transient.empty()),
           .run = std::bind_front(run, study)};
 }
 

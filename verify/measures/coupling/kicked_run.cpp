@@ -26,7 +26,7 @@ static_assert(shortest_kicked_run == 4 * window);
 std::vector<Positions> velocities(const scene::Simulation& simulation) {
   std::vector<Positions> v;
   for (std::size_t i = 0; i < simulation.body_count(); ++i) {
-    if (simulation.body(i).is_elastic()) v.push_back(simulation.body(i).solid().half_velocity());
+    if (simulation.body(i).is_elastic()) v.push_back(simulation.body(i).solid().carried_velocity());
   }
   return v;
 }

@@ -222,6 +222,9 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
   solid::Conditions& conditions = body.conditions;
   conditions.node_mass = t.number("node_mass", conditions.node_mass);
   engine::need_positive(t, "node_mass", conditions.node_mass);
+  if (t.has("integrator")) {
+    body.scheme = row_named(solid::schemes, t.choice("integrator", names_of(solid::schemes))).value;
+  }
   if (t.has_text("substeps")) {
     t.choice("substeps", {"auto"});
     body.substeps.safety = automatic_safety;
@@ -229,6 +232,11 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
     body.substeps.count = static_cast<int>(t.integer("substeps", 1, 10000));
   }
   if (t.has("max_substeps")) body.substeps.most = static_cast<int>(t.integer("max_substeps", 0, 1'000'000));
+  if (body.scheme == solid::Scheme::ImplicitMidpoint &&
+      (body.substeps.count > 1 || body.substeps.safety > 0.0 || body.substeps.most > 0)) {
+    t.fail(body.substeps.most > 0 ? "max_substeps" : "substeps", "a step is to be divided",
+           "the implicit midpoint rule makes it in one piece", "Leave it out, or take leap-frog");
+  }
   if (t.has("clamped")) {
     conditions.fixed = solid::FixedDofs::Constant(along.size(), 3, false);
     for (const std::int32_t node : read_nodes(t, "clamped", along, body.network.spacing)) {
@@ -254,8 +262,8 @@ void read_elastic(const io::Table& t, const Eigen::VectorXd& along, double bond_
 
 /// A motion that is given leaves nothing to what the body is made of.
 void read_given_motion(const io::Table& t, scene::Body& body, CaseBody& said) {
-  for (const char* key : {"bond", "angle", "stiffness", "node_mass", "substeps", "max_substeps", "clamped",
-                          "guided", "weight", "load", "drive", "start", "keep"}) {
+  for (const char* key : {"bond", "angle", "stiffness", "node_mass", "integrator", "substeps", "max_substeps",
+                          "clamped", "guided", "weight", "load", "drive", "start", "keep"}) {
     if (t.has(key)) {
       t.fail(key, fmt::format("'{}' is set beside 'motion'", key), "the motion of that body is given",
              "Leave one of them out");

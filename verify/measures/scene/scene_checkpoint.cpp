@@ -50,13 +50,14 @@ void put(io::Hdf5Image& image, const scene::State& state) {
     image.group(path);
     image.attribute(path, "steps", state.bodies[i].steps);
     if (!state.bodies[i].elastic) continue;
-    const solid::Leapfrog::State& elastic = *state.bodies[i].elastic;
+    const solid::Integrator::State& elastic = *state.bodies[i].elastic;
     image.numbers(path + "/displacement", numbers(elastic.displacement));
-    image.numbers(path + "/half_velocity", numbers(elastic.half_velocity));
+    image.numbers(path + "/velocity", numbers(elastic.velocity));
+    image.numbers(path + "/linearised_at", numbers(elastic.linearised_at));
     image.numbers(path + "/stiffest", std::span(&elastic.stiffest, 1));
     image.numbers(path + "/substep", std::span(&elastic.substep, 1));
     image.attribute(path, "substeps", std::int64_t{elastic.substeps});
-    image.attribute(path, "leapfrog_steps", elastic.steps);
+    image.attribute(path, "own_steps", elastic.steps);
   }
 }
 
@@ -73,9 +74,10 @@ scene::State state_of(const io::Hdf5File& file, const scene::Simulation& simulat
         state.bodies.emplace_back(scene::MovingBody::State{file.integer(path, "steps"), {}});
     if (!simulation.body(i).is_elastic()) continue;
     body.elastic = {
-        positions(file, path + "/displacement"),  positions(file, path + "/half_velocity"),
-        file.integer(path, "leapfrog_steps"),     static_cast<int>(file.integer(path, "substeps")),
-        file.numbers(path + "/stiffest").front(), file.numbers(path + "/substep").front()};
+        positions(file, path + "/displacement"),  positions(file, path + "/velocity"),
+        file.integer(path, "own_steps"),          static_cast<int>(file.integer(path, "substeps")),
+        file.numbers(path + "/stiffest").front(), file.numbers(path + "/substep").front(),
+        positions(file, path + "/linearised_at")};
   }
   return state;
 }

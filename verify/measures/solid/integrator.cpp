@@ -47,7 +47,7 @@ Vec3 angular_momentum(const solid::Network& network, const solid::Leapfrog& moti
   Vec3 sum = Vec3::Zero();
   for (Eigen::Index i = 0; i < network.node_count(); ++i) {
     const Vec3 x = network.rest.row(i) + motion.displacement().row(i);
-    sum += x.cross(Vec3(motion.half_velocity().row(i)));
+    sum += x.cross(Vec3(motion.carried_velocity().row(i)));
   }
   return sum;
 }
@@ -70,7 +70,7 @@ void run(const MotionStudy& study, Observations& seen, engine::Cost& cost) {
   const double energy_0 = energy();
   const Vec3 momentum_0 = motion.momentum();
   const Vec3 angular_0 = angular_momentum(network, motion);
-  const Positions v_0 = motion.half_velocity();
+  const Positions v_0 = motion.carried_velocity();
   const double momentum_scale = v_0.rowwise().norm().sum();
   const double angular_scale = (network.rest.rowwise().norm().array() * v_0.rowwise().norm().array()).sum();
   double energy_error = 0.0, momentum_error = 0.0, angular_error = 0.0;

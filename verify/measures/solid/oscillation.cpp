@@ -249,8 +249,7 @@ Measured measure(const Oscillation& study) {
       return measure(study, shape,
                      solid::Leapfrog(material, network, {}, study.time_step, {study.substeps, 0.0}, u, rest));
     case Integrator::ImplicitMidpoint:
-      return measure(study, shape,
-                     solid::ImplicitMidpoint(material, network, 1.0, {}, {}, study.time_step, u, rest));
+      return measure(study, shape, solid::ImplicitMidpoint(material, network, {}, study.time_step, u, rest));
     case Integrator::RungeKutta:
       return measure(
           study, shape,
