@@ -92,7 +92,7 @@ void plan_command(const Options& options) {
             name, name);
     }
     Json takes = nullptr;
-    if (const std::optional<double> seconds = estimated_seconds(c, threads)) {
+    if (const std::optional<double> seconds = estimated_seconds(c, options)) {
       takes = *seconds;
       if (!options.json) {
         say("  takes     about {:.2g} s and {:.3g} MB, on this machine with {} thread{}\n", *seconds,

@@ -6,8 +6,10 @@
 #include "engine/rates.hpp"
 #include "engine/result.hpp"
 #include "engine/stored_result.hpp"
+#include "engine/symbols.hpp"
 #include "io/hdf5.hpp"
 #include "run_cases.hpp"
+#include "studies/grid.hpp"
 #include "threads.hpp"
 
 namespace veriflex {
@@ -29,24 +31,50 @@ std::optional<double> took(const std::string& id, const Options& options) {
   }
 }
 
+std::optional<double> seconds_of_run(const engine::Study& run, int threads) {
+  if (!run.expects) return std::nullopt;
+  const std::optional<scene::ExpectedWork> work = run.expects();
+  return work ? std::optional(engine::seconds_of(*work, engine::rates(threads))) : std::nullopt;
+}
+
+// Of all rows: side by side with a thread each, or one after another with all threads, for a time again and
+// again. Nothing where one row's is not known.
+std::optional<double> seconds_of_sweep(const engine::Case& c, const io::Table& sweep, const Options& options,
+                                       int threads) {
+  const studies::Timing timing = studies::read_timing(sweep);
+  const std::vector<studies::Axis> axes = studies::read_axes(sweep);
+  Options of_row = options;
+  of_row.is_row = true;
+  double sum = 0.0;
+  for (const studies::Cell& cell : studies::cells(axes)) {
+    of_row.overrides = options.overrides;
+    for (const std::string& one : studies::settings(axes, cell)) of_row.overrides.push_back(one);
+    const engine::Case row = read_without_baseline(c.path, of_row);
+    const std::optional<double> seconds = seconds_of_run(row.study, timing.timed ? threads : 1);
+    if (!seconds) return std::nullopt;
+    sum += *seconds;
+  }
+  return timing.timed ? sum * (1 + timing.repeats) : sum / threads;
+}
+
 }  // namespace
 
-std::optional<double> estimated_seconds(const engine::Case& c, int threads) {
-  if (!c.study.expects || c.study.of_many_runs) return std::nullopt;
-  const std::optional<scene::ExpectedWork> work = c.study.expects();
-  return work ? std::optional(engine::seconds_of(*work, engine::rates(threads))) : std::nullopt;
+std::optional<double> estimated_seconds(const engine::Case& c, const Options& options) {
+  const int threads = usable_threads(options.threads);
+  if (!c.study.of_many_runs) return seconds_of_run(c.study, threads);
+  const io::Table top = engine::parse_case(c.text, c.path.string(), options.overrides);
+  return top.has("sweep") ? seconds_of_sweep(c, top.table("sweep"), options, threads) : std::nullopt;
 }
 
 std::vector<std::optional<double>> expected_seconds(const std::vector<std::string>& names,
                                                     const Options& options) {
   std::vector<std::optional<double>> all;
-  const int threads = usable_threads(options.threads);
   for (const std::string& name : names) {
     std::optional<double>& one = all.emplace_back(took(fs::path(name).stem().string(), options));
     if (one) continue;
     try {
       const fs::path path = engine::case_named(name, options.case_folder);
-      one = estimated_seconds(read_without_baseline(path, options), threads);
+      one = estimated_seconds(read_without_baseline(path, options), options);
     } catch (const std::exception&) {  // its own run will say what is wrong with it
     }
   }

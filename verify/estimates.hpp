@@ -12,8 +12,8 @@ namespace veriflex {
 
 struct Options;
 
-/// What one run of a case will take, where its work is known before  [s].
-std::optional<double> estimated_seconds(const engine::Case& c, int threads);
+/// What a case will take, where the work of one run, or of every row of a sweep, is known before  [s].
+std::optional<double> estimated_seconds(const engine::Case& c, const Options& options);
 
 /// Of each case what it took when its result in options.out was made, else what its plan estimates  [s].
 std::vector<std::optional<double>> expected_seconds(const std::vector<std::string>& names,
