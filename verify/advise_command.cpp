@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <memory>
 
+#include "advise_rod.hpp"
 #include "advisers.hpp"
 #include "base/error.hpp"
 #include "base/say.hpp"
@@ -16,6 +17,7 @@
 #include "repository.hpp"
 #include "run_cases.hpp"
 #include "studies/advise.hpp"
+#include "threads.hpp"
 
 namespace veriflex {
 
@@ -31,6 +33,8 @@ struct AdviseOptions {
   double error = 0.0;
   double budget = 0.0;
   bool json = false;
+  RodInFlow rod;
+  int threads = 0;
 };
 
 // A result with the sweep that is asked, and how the case that is to be advised differs from it.
@@ -101,8 +105,6 @@ Full full_setting(const std::vector<std::string>& advised, const std::vector<stu
 }
 
 int advise_command(const AdviseOptions& o) {
-  if (!(o.error > 0.0))
-    throw InputError({}, fmt::format("--error is {}", o.error), "it must be positive", "Use 1e-3");
   const Adviser from = adviser(o);
   const fs::path path = from.result;
   const io::Hdf5File file(path);
@@ -161,26 +163,105 @@ int advise_command(const AdviseOptions& o) {
   return exit_code::success;
 }
 
+int advise_rod_command(const AdviseOptions& o) {
+  if (!(o.rod.rod_length >= o.rod.flow.length))
+    throw InputError({}, fmt::format("--rod-length is {}", o.rod.rod_length),
+                     "a rod is longer than its diameter", "Give both in metres");
+  RodAdvice found;
+  try {
+    found = advise_rod(o.rod, o.error, o.out, usable_threads(o.threads));
+  } catch (const BadParameter& bad) {
+    throw InputError(
+        {}, fmt::format("--{}: {}", bad.parameter == "length" ? "diameter" : bad.parameter, bad.problem),
+        bad.why, bad.suggestion);
+  }
+  const auto or_null = [](const std::optional<double>& value) {
+    return value ? Json(*value) : Json(nullptr);
+  };
+  if (o.json) {
+    Json settings = Json::array();
+    for (const Advised& one : found.settings)
+      settings.push_back({{"setting", one.setting}, {"why", one.why}});
+    print_json(Json{{"error_wanted", o.error},
+                    {"settings", settings},
+                    {"predicted",
+                     {{"error", found.error},
+                      {"terms", found.errors},
+                      {"seconds", or_null(found.seconds)},
+                      {"memory_bytes", or_null(found.memory)}}},
+                    {"coupling_growth", or_null(found.coupling_growth)}});
+    return exit_code::success;
+  }
+  std::size_t width = 0;
+  for (const Advised& one : found.settings) width = std::max(width, one.setting.size());
+  for (const Advised& one : found.settings) say("  {:<{}}  {}\n", one.setting, width, one.why);
+  say("  predicted: error {:.2g} of {:.2g} wanted ({})\n", found.error, o.error,
+      fmt::join(found.errors, "; "));
+  say("  run time {}, memory {:.3g} MB\n",
+      found.seconds ? fmt::format("about {:.2g} s on this machine", *found.seconds) : "not known",
+      *found.memory / 1e6);
+  if (found.coupling_growth) {
+    say("  stability: {}\n",
+        *found.coupling_growth > 1.0
+            ? fmt::format("the exchange grows by {:.3g} a step: take heavier nodes or more sub-steps",
+                          *found.coupling_growth)
+            : "the linearised exchange does not grow");
+  }
+  for (const engine::Quantity& q : found.quantities) {
+    if (!q.fault.empty()) say("  {} = {:.3g}: {}. Take {}\n", q.name, q.lattice, q.fault, q.remedy);
+  }
+  return exit_code::success;
+}
+
 }  // namespace
 
 void add_advise_command(CLI::App& app, int& exit_code) {
   const auto o = std::make_shared<AdviseOptions>();
   CLI::App* advise = app.add_subcommand(
       "advise", "the cheapest setting for an error, from a sweep that says what its error costs");
-  advise
-      ->add_option(
-          "study", o->study,
-          "a case that was swept, by id or result file; or any case: the stored sweep that is most like it "
-          "advises it")
-      ->required();
+  CLI::Option* study = advise->add_option(
+      "study", o->study,
+      "a case that was swept, by id or result file; or any case: the stored sweep that is most like it "
+      "advises it");
+  engine::Physical& flow = o->rod.flow;
+  CLI::Option* viscosity =
+      advise->add_option("--viscosity,--nu", flow.viscosity,
+                         "kinematic: a flexible rod in a flow is advised from numbers in SI [m^2/s]");
+  viscosity->excludes(study);
+  CLI::Option* speed = advise->add_option("--speed", flow.speed, "of that flow [m/s]")->needs(viscosity);
+  CLI::Option* diameter = advise->add_option("--diameter", flow.length, "of the rod [m]")->needs(viscosity);
+  CLI::Option* length = advise->add_option("--rod-length", o->rod.rod_length, "[m]")->needs(viscosity);
+  viscosity->needs(speed)->needs(diameter)->needs(length);
+  advise->add_option("--density", flow.density, "of the fluid [kg/m^3]")
+      ->needs(viscosity)
+      ->capture_default_str();
+  advise->add_option("--young", flow.young_modulus, "of the rod [Pa]; without it the rod is rigid")
+      ->needs(viscosity);
+  advise->add_option("--solid-density", flow.solid_density, "of the rod [kg/m^3] (default: the fluid's)")
+      ->needs(viscosity);
+  advise->add_option("--amplitude", o->rod.amplitude, "how far the rod is moved [m]")->needs(viscosity);
+  advise->add_option("--duration", o->rod.duration, "of the run [s] (default: ten rod lengths of the flow)")
+      ->needs(viscosity);
+  advise->add_option("--threads", o->threads, "threads that a run would have (default: all cores)")
+      ->check(CLI::Range(1, 4096));
   advise->add_option("--error", o->error, "the error that is to be reached")->required();
   advise->add_option("--budget", o->budget, "the most run time [s]");
   advise->add_option("--out", o->out, "folder of results")->capture_default_str();
   advise->add_option("--cases", o->case_folder, "folder of case files")->capture_default_str();
   advise->add_flag("--json", o->json, "print JSON");
   advise->footer(
-      "Example: veriflex run cost-oscillation-pair; veriflex advise cost-oscillation-pair --error 1e-4");
-  advise->callback([o, &exit_code] { exit_code = advise_command(*o); });
+      "Example: veriflex run cost-oscillation-pair; veriflex advise cost-oscillation-pair --error 1e-4\n"
+      "         veriflex advise --viscosity 1e-6 --speed 0.01 --diameter 1e-3 --rod-length 0.02 --young 1e4 "
+      "--error 0.02");
+  advise->callback([o, viscosity, &exit_code] {
+    if (o->study.empty() && viscosity->count() == 0) {
+      throw InputError({}, "neither a study nor a flow is given", "there is nothing to advise",
+                       "Name a case, or give --viscosity, --speed, --diameter and --rod-length");
+    }
+    if (!(o->error > 0.0))
+      throw InputError({}, fmt::format("--error is {}", o->error), "it must be positive", "Use 1e-3");
+    exit_code = viscosity->count() > 0 ? advise_rod_command(*o) : advise_command(*o);
+  });
 }
 
 }  // namespace veriflex

@@ -454,3 +454,46 @@ TEST_CASE("A study of which no run can be read is bad input, with the reason of 
                ContainsSubstring("no run of the study can be read") && ContainsSubstring("stiffnes"));
   }
 }
+
+TEST_CASE("A rod in a flow is advised from physical numbers, each setting with where it comes from") {
+  const Folder folder;
+  const std::string rod =
+      "advise --viscosity 1e-6 --speed 0.01 --diameter 1e-3 --rod-length 0.01 --error 0.05 --out out --json";
+  const Ran nothing = ran(folder, rod);
+  CHECK(nothing.code == 2);
+  CHECK_THAT(nothing.err, ContainsSubstring("veriflex run cost-cylinder-markers --out out"));
+  REQUIRE(
+      ran(folder,
+          "run cost-cylinder-markers --out out --set 'sweep.axes=[{ key = \"coupling.forcing_iterations\", "
+          "values = [1, 4] }, { key = \"coupling.delta\", values = [\"cosine\"] }, { key = "
+          "\"fluid.relaxation_time\", values = [0.8, 1.0] }, { keys = [\"immersed.radius\", "
+          "\"immersed.first_cell\"], values = [[1.5, 24], [2.5, 40], [3.5, 56]] }]'")
+          .code == 0);
+  REQUIRE(folder.shell("mv out/cost-cylinder-markers+*.h5 out/cost-cylinder-markers.h5").code == 0);
+  const auto setting = [](const Json& advice, const std::string& key) {
+    for (const Json& one : advice["settings"]) {
+      const std::string text = one["setting"];
+      if (text.starts_with(key + "=")) return text.substr(key.size() + 1);
+    }
+    return std::string();
+  };
+  const Json rigid = Json::parse(ran(folder, rod).out);
+  CHECK(rigid["predicted"]["error"] <= 0.05);
+  CHECK(setting(rigid, "body.0.substeps").empty());
+  const double radius = std::stod(setting(rigid, "body.0.shape.rod.radius"));
+  const double tau = std::stod(setting(rigid, "fluid.relaxation_time"));
+  // Ma^2 is a quarter of the error at most: U = 0.01 m/s and nu = (tau - 1/2)/3 dx^2/dt.
+  const double spacing = 1e-3 / (2.0 * radius), step = (tau - 0.5) / 3.0 * spacing * spacing / 1e-6;
+  CHECK(3.0 * std::pow(0.01 * step / spacing, 2) <= 0.25 * 0.05 * (1.0 + 1e-9));
+  CHECK(setting(rigid, "run.steps") == fmt::format("{}", std::ceil(10.0 / step)));
+
+  // E scales with (dt/dx)^2: the stiffer the rod, the more sub-steps, and in the end a step in one piece.
+  const Json soft = Json::parse(ran(folder, rod + " --young 10").out);
+  const Json stiff = Json::parse(ran(folder, rod + " --young 1e6").out);
+  CHECK(std::stoi(setting(soft, "body.0.substeps")) >= 1);
+  CHECK(setting(stiff, "body.0.integrator") == "\"implicit-midpoint\"");
+  CHECK_THAT(setting(soft, "body.0.coupling"), ContainsSubstring("forcing_iterations = 1"));
+  CHECK(soft["coupling_growth"] == 1.0);
+  CHECK(ran(folder, "advise --error 0.1").code == 2);
+  CHECK(ran(folder, rod + " --rod-length 1e-5").code == 2);
+}
