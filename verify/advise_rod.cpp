@@ -31,7 +31,8 @@ constexpr const char* rounds_key = "coupling.forcing_iterations";
 constexpr double angle_over_bond = 0.025 / 0.26;  // k_a/(k r0^2) of the paper
 constexpr std::int64_t enough_sections = 9;       // largest frequencies are those of any longer rod
 constexpr int most_substeps = 64;                 // beyond, a step in one piece costs less (docs/FINDINGS.md)
-constexpr double least_tau = 0.51;                // see engine::quantities()
+constexpr double least_tau = 0.51;                // see engine::quantities(), and
+constexpr double largest_mach = 0.1;
 // Of the wanted error: what the drag of the section, the Mach number and the box may take.
 constexpr double drag_share = 0.5, mach_share = 0.25, box_share = 0.25;
 
@@ -217,7 +218,7 @@ Found resolved(const RodInFlow& rod, double error, const fs::path& results) {
                                        section.error, rod.flow.speed * rod.flow.length / rod.flow.viscosity);
   engine::Physical flow = rod.flow;
   flow.spacings = 2.0 * section.radius;
-  flow.mach = std::sqrt(mach_share * error);
+  flow.mach = std::min(largest_mach, std::sqrt(mach_share * error));
   const double coarse = *engine::lattice_of(flow).told.relaxation_time;
   if (coarse < least_tau) {  // tau - 1/2 at that Mach number grows with the resolution
     section.radius = std::ceil(2.0 * section.radius * (least_tau - 0.5) / (coarse - 0.5)) / 2.0;

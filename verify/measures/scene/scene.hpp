@@ -82,6 +82,12 @@ struct Observation {
     std::optional<double> from;
   };
   std::optional<Reach> reach{};  // of a series
+  /// The periods of that column, from a time on.
+  struct Swing {
+    std::string column;
+    double from;  // [T]
+  };
+  std::optional<Swing> swing{};  // of a series
 
   /// One row each time: it has metrics.
   bool is_series() const { return probes || series != nullptr; }
@@ -131,8 +137,10 @@ observe::Fields read_fields(const io::Table& table);
 void hand_over_snapshot(const Observation& observation, const scene::Simulation& simulation,
                         const std::vector<double>& steps);
 
-/// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows, and `.reached`, the time when the column
-/// that `reaches` names comes to its value. Throws NumericalFailure when it never does.
+/// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows; `.reached`, the time when the column
+/// that `reaches` names comes to its value; `.period` of the column that `swings` names, and `.swing_mean`,
+/// `.swing_min` and `.swing_max` of every column over whole periods. Throws NumericalFailure when it never
+/// comes there, or has no two periods.
 std::vector<observe::Metric> metrics_of(const Observation& observation, const observe::Record& record);
 
 }  // namespace veriflex::measures

@@ -138,17 +138,23 @@ std::string read_name(const io::Table& t, const std::string& what, const std::ve
   return name;
 }
 
-/// `reaches`: a column of the observation's record, and a value.
-void read_reach(const io::Table& t, const Record& record, Observation& to) {
-  if (!t.has("reaches")) return;
-  if (!to.is_series()) {
-    t.fail("reaches", fmt::format("'{}' has many rows each time", to.what),
-           "a column of a series reaches a value", "Leave it out");
+/// `reaches` and `swings`: a column of the observation's record, and what is asked of it in time.
+void read_course(const io::Table& t, const Record& record, Observation& to) {
+  for (const char* key : {"reaches", "swings"}) {
+    if (!t.has(key) || to.is_series()) continue;
+    t.fail(key, fmt::format("'{}' has many rows each time", to.what),
+           "a column of a series has a course in time", "Leave it out");
   }
-  const io::Table reaches = t.table("reaches");
   std::vector<std::string> names;
   for (std::size_t c = 2; c < record.columns.size(); ++c) names.push_back(record.columns[c].name);
-  to.reach = {reaches.choice("column", names), reaches.number("value"), reaches.number_if("from")};
+  if (t.has("reaches")) {
+    const io::Table reaches = t.table("reaches");
+    to.reach = {reaches.choice("column", names), reaches.number("value"), reaches.number_if("from")};
+  }
+  if (t.has("swings")) {
+    const io::Table swings = t.table("swings");
+    to.swing = {swings.choice("column", names), swings.number("from", 0.0)};
+  }
 }
 
 /// When a column first comes to a value, between two rows on the straight line  [T].
@@ -163,6 +169,39 @@ double time_of(const Record& record, const std::string& column, double value) {
   throw NumericalFailure(
       fmt::format("{}.{} did not come to {} within {} steps", record.name, column, value, time.back()),
       FailureMode::NotConverged);
+}
+
+/// The rows of whole periods of a column, and the length of one  [T]: from the first to the last time that it
+/// rises through its mean.
+struct Periods {
+  Eigen::Index first = 0, count = 0;
+  double period = 0.0;
+};
+Periods periods_of(const Record& record, const Observation::Swing& swing) {
+  const std::vector<double>& time = record.find("time")->values;
+  const std::vector<double>& values = record.find(swing.column)->values;
+  const auto begin =
+      static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), swing.from) - time.begin());
+  const Eigen::Map<const Eigen::VectorXd> late(values.data() + begin,
+                                               std::ssize(values) - static_cast<Eigen::Index>(begin));
+  const double mean = late.size() > 0 ? late.mean() : 0.0;
+  std::vector<double> rises;
+  std::size_t first = 0, last = 0;
+  for (std::size_t i = begin + 1; i < values.size(); ++i) {
+    const double before = values[i - 1] - mean, now = values[i] - mean;
+    if (!(before < 0.0 && now >= 0.0)) continue;
+    rises.push_back(time[i] - (time[i] - time[i - 1]) * now / (now - before));
+    if (rises.size() == 1) first = i;
+    last = i;
+  }
+  if (rises.size() < 3) {
+    throw NumericalFailure(
+        fmt::format("{}.{} rises through its mean {} times from {} to {}: that is not two periods",
+                    record.name, swing.column, rises.size(), swing.from, time.empty() ? 0.0 : time.back()),
+        FailureMode::NotConverged);
+  }
+  return {static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(last - first),
+          (rises.back() - rises.front()) / static_cast<double>(rises.size() - 1)};
 }
 
 double time_of(const Record& record, const Observation::Reach& reach) {
@@ -257,7 +296,7 @@ std::vector<Observation> read_observations(const io::Table& top, const scene::Sc
     } else {
       read_places(t, scene, o);
     }
-    read_reach(t, empty_record(o, scene), o);
+    read_course(t, empty_record(o, scene), o);
     const double looks = 2.0 + static_cast<double>(steps) / o.due.interval;
     const auto columns = static_cast<double>(empty_record(o, scene).columns.size());
     bytes += 8.0 * looks * static_cast<double>(rows_of(o)) * columns;
@@ -309,6 +348,9 @@ std::vector<std::string> measures_of(const Observation& o, const scene::Scene& s
     if (!o.is_series() || column.name == "step" || column.name == "time") continue;
     for (const char* of : {".last", ".mean", ".min", ".max"}) measures.push_back(name + of);
     if (o.reach && o.reach->column == column.name) measures.push_back(name + ".reached");
+    if (!o.swing) continue;
+    for (const char* of : {".swing_mean", ".swing_min", ".swing_max"}) measures.push_back(name + of);
+    if (o.swing->column == column.name) measures.push_back(name + ".period");
   }
   return measures;
 }
@@ -346,6 +388,7 @@ std::shared_ptr<std::vector<double>> add_observers(const Observation& o, const s
 std::vector<observe::Metric> metrics_of(const Observation& o, const Record& record) {
   std::vector<observe::Metric> metrics;
   if (!o.is_series()) return metrics;
+  const Periods periods = o.swing ? periods_of(record, *o.swing) : Periods{};
   for (std::size_t c = 2; c < record.columns.size(); ++c) {
     const Column& column = record.columns[c];
     const Eigen::Map<const Eigen::VectorXd> values(column.values.data(), std::ssize(column.values));
@@ -359,6 +402,13 @@ std::vector<observe::Metric> metrics_of(const Observation& o, const Record& reco
                          fmt::format("when it first was {}", o.reach->value) +
                              (o.reach->from ? fmt::format(", since it was {}", *o.reach->from) : "")});
     }
+    if (!o.swing) continue;
+    const auto whole = values.segment(periods.first, periods.count);
+    metrics.push_back({name + ".swing_mean", whole.mean(), column.dimension, "mean over whole periods"});
+    metrics.push_back({name + ".swing_min", smallest(whole), column.dimension, "least in whole periods"});
+    metrics.push_back({name + ".swing_max", largest(whole), column.dimension, "largest in whole periods"});
+    if (o.swing->column == column.name)
+      metrics.push_back({name + ".period", periods.period, "T", "mean, between rises through its mean"});
   }
   return metrics;
 }
