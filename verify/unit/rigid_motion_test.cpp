@@ -1,5 +1,9 @@
 // A body as a rigid one, its stretches, and when a column reaches a value.
+#include <fmt/format.h>
+
 #include <Eigen/Geometry>
+#include <cmath>
+#include <numbers>
 
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
@@ -123,4 +127,55 @@ tolerance = { absolute = 1e-9, reason = "rounding" }
   CHECK(outcome(R"({ column = "fluid_x", value = 0.24, from = 0.08 })") == 0);
   CHECK(outcome(R"({ column = "fluid_x", value = 0.64001 })") == 3);
   CHECK(outcome(R"({ column = "fluid", value = 0.1 })") == 2);
+}
+
+TEST_CASE(
+    "A column that swings has a period and extremes over whole ones, or the run says that it has none") {
+  // A node on a bond whose other end is held, by leap-frog at its own frequency.
+  const auto ran = [](const std::string& swings, const std::string& checks) {
+    const unit::Folder folder;
+    folder.write("bond.toml", R"(schema = 2
+id = "bond"
+title = "A node on a bond"
+question = "How long is its period?"
+equation = "x = a cos omega t"
+sources = []
+tier = "quick"
+topics = []
+driver = "scene"
+[[body]]
+name = "pair"
+shape = { chain = { nodes = 2 } }
+bond = { law = "harmonic", bond_stiffness = 0.01, rest_length = 1.0 }
+node_mass = 1.0
+clamped = "first section"
+start = { strain = 0.02 }
+[[observe]]
+what = "rigid motion"
+every = 1
+swings = )" + swings + R"(
+[run]
+steps = 400
+)" + checks);
+    return folder.run({"run", "bond.toml", "--out", "out"}).code;
+  };
+  const auto check = [](const std::string& metric, double target, const std::string& tolerance) {
+    return fmt::format(R"([[check]]
+kind = "verification"
+statement = "exact"
+metric = "rigid_motion.pair_{}"
+target = {:.17g}
+target_kind = "analytic"
+source = "leap-frog: sin omega dt/2 = sqrt k/m dt/2"
+tolerance = {{ absolute = {}, reason = "linear between rows" }}
+)",
+                       metric, target, tolerance);
+  };
+  const double omega = 2.0 * std::asin(0.5 * std::sqrt(0.01));
+  const std::string z = R"({ column = "pair_z", from = 100.0 })";
+  CHECK(ran(z, check("z.period", 2.0 * std::numbers::pi / omega, "1e-3")) == 0);
+  CHECK(ran(z, check("z.swing_max", 0.51, "1e-5")) == 0);  // the centre of both nodes
+  CHECK(ran(z, check("z.swing_mean", 0.5, "1e-4")) == 0);
+  CHECK(ran(R"({ column = "pair_z", from = 390.0 })", "") == 3);
+  CHECK(ran(R"({ column = "pair", from = 0.0 })", "") == 2);
 }
