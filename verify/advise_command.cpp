@@ -195,7 +195,9 @@ int advise_rod_command(const AdviseOptions& o) {
   std::size_t width = 0;
   for (const Advised& one : found.settings) width = std::max(width, one.setting.size());
   for (const Advised& one : found.settings) say("  {:<{}}  {}\n", one.setting, width, one.why);
-  say("  predicted: error {:.2g} of {:.2g} wanted ({})\n", found.error, o.error,
+  say("  predicted: error {:.2g}, {} ({})\n", found.error,
+      found.error > o.error ? fmt::format("more than the {:.2g} that is wanted", o.error)
+                            : fmt::format("of {:.2g} that is wanted", o.error),
       fmt::join(found.errors, "; "));
   say("  run time {}, memory {:.3g} MB\n",
       found.seconds ? fmt::format("about {:.2g} s on this machine", *found.seconds) : "not known",

@@ -261,6 +261,19 @@ TEST_CASE(
   CHECK(std::pow(grown[2] / grown[1], 1.0 / 56.0) == Approx(rate).epsilon(0.02));
 }
 
+TEST_CASE(
+    "By the implicit rule a light body is stable where its force follows it, and grows where it is frozen") {
+  for (const bool subcycled : {true, false}) {
+    scene::Scene scene = small_scene(0.05, 1, subcycled, scene::Coupled::All);
+    scene.bodies[0].scheme = solid::Scheme::ImplicitMidpoint;
+    const scene::ExactGrowth exact = scene::exact_growth(scene, {.eigenvalues = 2});
+    const scene::Growth map = scene::coupling_growth(*scene.fluid, scene.bodies[0]);
+    CHECK(exact.grows() == !subcycled);
+    CHECK(map.grows() == !subcycled);
+    if (!subcycled) CHECK(exact.factor == Approx(map.factor).epsilon(0.05));
+  }
+}
+
 TEST_CASE("In lengths of energies a fluid alone amplifies nothing") {
   const scene::Scene scene{.fluid = fluid::Spec{.grid = {{4, 4, 4}}, .relaxation_time = 0.6}};
   const std::vector<std::int64_t> steps{1, 4};
