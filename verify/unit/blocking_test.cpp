@@ -16,6 +16,7 @@
 #include "observe/run.hpp"
 #include "plain_fluid.hpp"
 #include "scene/simulation.hpp"
+#include "thread_count.hpp"
 
 using namespace veriflex;
 using namespace veriflex::fluid;
@@ -35,17 +36,6 @@ std::vector<Populations> populations_of(const Fluid& fluid) {
   fluid.populations(nodes, h);
   return h;
 }
-
-class Threads {
- public:
-  explicit Threads(int count) { omp_set_num_threads(count); }
-  ~Threads() { omp_set_num_threads(before_); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
-
- private:
-  int before_ = omp_get_max_threads();
-};
 
 /// Any box with any walls, body force and storage; now and then with an obstacle or openings, which are not
 /// blocked.
@@ -79,7 +69,7 @@ TEST_CASE("Many steps at once are single steps bit by bit in any box") {
     for (std::int64_t step = 0; step < before + steps; ++step) single->collide_and_stream();
 
     spec.blocking = Blocking{any(random, 1, 12), any(random, 1, 30)};
-    const Threads threads(static_cast<int>(any(random, 1, 3)));
+    const unit::Threads threads(static_cast<int>(any(random, 1, 3)));
     CAPTURE(trial, spec.grid.size, spec.blocking->steps, spec.blocking->rows, before, steps,
             omp_get_max_threads());
     const std::unique_ptr<Fluid> blocked = make_fluid(spec);

@@ -1,5 +1,3 @@
-#include <omp.h>
-
 #include <algorithm>
 #include <cmath>
 #include <numeric>
@@ -11,6 +9,7 @@
 #include "fluid/fluid.hpp"
 #include "fluid/initial.hpp"
 #include "plain_fluid.hpp"
+#include "thread_count.hpp"
 
 using namespace veriflex;
 using namespace veriflex::fluid;
@@ -113,18 +112,6 @@ double largest_difference(const std::vector<Populations>& a, const std::vector<P
   return worst;
 }
 
-/// Threads of a loop over small boxes would wait for each other most of the time.
-class Threads {
- public:
-  explicit Threads(int count) : before_(omp_get_max_threads()) { omp_set_num_threads(count); }
-  ~Threads() { omp_set_num_threads(before_); }
-  Threads(const Threads&) = delete;
-  Threads& operator=(const Threads&) = delete;
-
- private:
-  int before_;
-};
-
 /// Between a fluid of moments and one of populations, the largest over all looks at them.
 double departure_from_populations(const Spec& spec, int steps, int every) {
   const auto moments = of_moments(spec);
@@ -164,7 +151,7 @@ Spec crowded(std::int64_t nx, Storage storage = Storage::Double) {
 }  // namespace
 
 TEST_CASE("At tau = 1 moments alone make the flow of populations, in any small box, over a thousand steps") {
-  const Threads one(1);
+  const unit::Threads one(1);
   Random random(2026);
   for (int i = 0; i < 50; ++i) {
     const Spec spec = any_spec(random, Storage::Double);
@@ -174,7 +161,7 @@ TEST_CASE("At tau = 1 moments alone make the flow of populations, in any small b
 }
 
 TEST_CASE("The same in float, to its digits") {
-  const Threads one(1);
+  const unit::Threads one(1);
   Random random(7);
   for (int i = 0; i < 40; ++i) {
     const Spec spec = any_spec(random, Storage::Float);
@@ -212,7 +199,7 @@ TEST_CASE("Moments are the same bit for bit with any number of threads") {
   for (const Spec& spec : {box(16, 5, 7), crowded(16), crowded(7), crowded(16, Storage::Float)}) {
     std::vector<State> results;
     for (const int n : {1, 2, 3, 5}) {
-      const Threads some(n);
+      const unit::Threads some(n);
       const auto fluid = make_fluid(spec);
       fluid->start(disorder(0.1));
       Pushes pushes(spec);
@@ -236,7 +223,7 @@ TEST_CASE("Many forces on one plane are added the same by any number of threads"
     force.row(i) = 1e-4 * Vec3::Constant(std::sin(static_cast<double>(i)));
   std::vector<std::vector<std::array<double, 4>>> results;
   for (const int n : {1, 2, 3, 5}) {
-    const Threads some(n);
+    const unit::Threads some(n);
     const auto fluid = make_fluid(spec);
     for (int step = 0; step < 3; ++step) fluid->collide_and_stream({nodes, &force});
     results.push_back(fluid->state().moments);
