@@ -4,6 +4,7 @@
 import fcntl
 import hashlib
 import json
+import math
 import os
 import re
 import subprocess
@@ -22,6 +23,7 @@ CHECK = dict(
     tolerance_text="1e-12 relative", reason="round-off", error=3e-13, margin=3e-4, verdict="pass", reference="fene-lj",
     target_kind="high-precision", source="30 digits", claim="", holds="within", statement="The modulus is U''/r.",
 )  # fmt: skip
+NO_UNCERTAINTY = {f"uncertainty_{name}": math.nan for name in ("reference", "numerical", "input")}
 REFUTED = CHECK | dict(kind="claim", target=1021.1439, error=0.0424, margin=848.0, verdict="finding")
 FAILED = CHECK | dict(metric="order_central", measured=1.62, target=2.0, error=0.38, margin=3.8, verdict="fail")
 
@@ -276,6 +278,31 @@ class Ledger(unittest.TestCase):
             self.assertNotIn("statements of the paper", out)
             self.assertNotIn("not run", out)
             self.assertNotIn('id="ledger"', page)
+
+
+class Published(unittest.TestCase):
+    def test_values_with_uncertainties_are_drawn_and_summed_up_by_family(self):
+        known = CHECK | dict(
+            metric="drag", target=100.0, measured=101.0, error=1.0, tolerance=5.0, margin=0.2, reference="zick-homsy-1982",
+            target_kind="published-number", uncertainty_reference=3.0, uncertainty_numerical=4.0, uncertainty_input=0.0,
+        )  # fmt: skip
+        apart = known | dict(measured=109.0, error=9.0, margin=1.8, verdict="fail")
+        falling = known | dict(reference="", source="ten-cate-2002, case E1", target=-2.0, measured=-2.0, error=0.0, margin=0.0, tolerance=0.1)
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "array", "fail", [known, apart, CHECK | NO_UNCERTAINTY])
+            write_result(Path(folder), "sphere", "pass", [falling])
+            page = page_of(folder)
+        self.assertIn("2 of 3 agree within their uncertainties", page)
+        self.assertIn("<td>zick-homsy-1982<td>derive<td>2<td>1<td>5 %<td>5.7 %<td>5 %", page)
+        self.assertIn("<td>ten-cate-2002<td>derive<td>1<td>1<td>0 %<td>–<td>5 %", page)
+        self.assertIn("computed over published", page)
+        self.assertIn("<i>numerical</i> 4 ", page)
+
+    def test_results_of_before_and_without_uncertainties_have_no_such_section(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "before", "pass", [CHECK])
+            write_result(Path(folder), "without", "pass", [CHECK | NO_UNCERTAINTY])
+            self.assertNotIn('id="published"', page_of(folder))
 
 
 class OddFiles(unittest.TestCase):

@@ -80,7 +80,6 @@ int validate_command(const std::vector<std::string>& given, bool json) {
 }
 
 void print_check(const Case& c, const Check& check) {
-  const bool is_claim = check.kind == engine::CheckKind::claim;
   say("  {} {}: {}\n", to_string(check.kind), check.measure, check.statement);
   if (check.curve) {
     say("      against the curve {} over {} of reference {}\n", check.curve->y, check.curve->x,
@@ -89,8 +88,14 @@ void print_check(const Case& c, const Check& check) {
     say("      target {}{} ({}; {})\n", check.target, check.outside ? ", must lie outside" : "",
         check.target_kind, check.reference ? "reference " + c.references[*check.reference].id : check.source);
   }
-  say("      tolerance {}: {}\n", check.tolerance.text, check.tolerance.reason);
-  if (is_claim) say("      judges {} of the ledger\n", fmt::join(check.claims, ", "));
+  say("      {}{}: {}\n", check.uncertainty ? "" : "tolerance ", check.tolerance.text,
+      check.tolerance.reason);
+  if (check.uncertainty) {
+    const engine::Uncertainty& u = *check.uncertainty;
+    say("      of reference {}, numerical {}, input {}\n", u.reference,
+        u.gci ? *u.gci : fmt::format("{}", u.numerical), u.input);
+  }
+  if (!check.claims.empty()) say("      judges {} of the ledger\n", fmt::join(check.claims, ", "));
   if (check.refuted) say("      refuted: recorded as {}\n", check.refuted->value);
 }
 

@@ -18,11 +18,18 @@ Json json_of(const engine::StoredCheck& check) {
   Json claims = Json::array();
   std::istringstream cited(check.claim);
   for (std::string claim; cited >> claim;) claims.push_back(claim);
+  Json uncertainty = nullptr;
+  if (check.has_uncertainty()) {
+    uncertainty = {{"reference", check.uncertainty_reference},
+                   {"numerical", check.uncertainty_numerical},
+                   {"input", check.uncertainty_input}};
+  }
   return {{"metric", check.metric},       {"kind", check.kind},           {"statement", check.statement},
           {"verdict", check.verdict},     {"measured", check.measured},   {"target", check.target},
           {"holds", check.holds},         {"tolerance", check.tolerance}, {"error", check.error},
           {"margin", check.margin},       {"reason", check.reason},       {"target_kind", check.target_kind},
-          {"reference", check.reference}, {"source", check.source},       {"claims", claims}};
+          {"reference", check.reference}, {"source", check.source},       {"claims", claims},
+          {"uncertainty", uncertainty}};
 }
 
 Json json_of(const engine::StoredResult& r) {

@@ -104,7 +104,8 @@ void print_table(const Result& r) {
 // What the measured number had to be.
 std::string wanted(const engine::Outcome& o) {
   if (o.outside) return fmt::format("must lie beyond {:.17g} +- {:.3g}", o.target, o.tolerance);
-  return fmt::format("target {:.17g}, tolerance {:.3g}", o.target, o.tolerance);
+  return fmt::format("target {:.17g}, {} {:.3g}", o.target, o.uncertainty ? "uncertainty" : "tolerance",
+                     o.tolerance);
 }
 
 // The verdict in one line, what is wrong or found, and for `run` the numbers.

@@ -11,12 +11,13 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, cache, cost, drawing, figures, findings, leave_out, motive, overview, stability, studies, text, topics
+from report import bond, cache, cost, drawing, figures, findings, leave_out, motive, overview, published, stability, studies, text, topics
 from veriflex import results
 
 HERE = Path(__file__).parent
 SECTIONS = {
     "ledger": "What the paper states",
+    "published": "Against published values",
     "accuracy": "What accuracy costs",
     "motive": "The paper’s motive",
     "stability": "Stiffness by law",
@@ -169,8 +170,9 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
     left_out = tried(leave_out.rows, results_read, [])
     stiffness = tried(stability.compared, results_read, [])
     motives = tried(motive.rows, results_read, [])
+    measured_elsewhere = tried(published.rows, standing, [])
     growth, answers = tried(cost.growth, results_read, []), tried(studies.answers, results_read, [])
-    there = dict(zip(SECTIONS, (entries, answers, entries and motives, stiffness, left_out, growth, law_figures)))
+    there = dict(zip(SECTIONS, (entries, measured_elsewhere, answers, entries and motives, stiffness, left_out, growth, law_figures)))
     panels = [tried(panel, standing, None) for panel in overview.PANELS] if any(there[name] for name in PANELLED) else []
     page = environment().get_template("page.html.j2").render(
         results=results_read,
@@ -195,6 +197,9 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         laws=tried(bond.laws, results_read, []),
         law_figures=law_figures,
         figures=figures_by_file,
+        published_rows=measured_elsewhere,
+        published_families=tried(published.families, measured_elsewhere, []),
+        published_picture=tried(published.picture, measured_elsewhere, None),
         answers=answers,
         accuracy_picture=tried(lambda read: studies.error_against_time(read, whole=True), results_read, None),
         never_worth=tried(studies.never_worth, results_read, []),

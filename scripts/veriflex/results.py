@@ -4,6 +4,7 @@ Nothing is judged here: verdicts, errors and margins are those that the files st
 """
 
 import hashlib
+import math
 import stat
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -83,6 +84,14 @@ class Check:
     source: str
     claim: str
     statement: str
+    # Half-widths whose root of the sum of squares is the tolerance; no numbers where a tolerance was stated.
+    uncertainty_reference: float = math.nan
+    uncertainty_numerical: float = math.nan
+    uncertainty_input: float = math.nan
+
+    @property
+    def has_uncertainty(self):
+        return not math.isnan(self.uncertainty_reference)
 
 
 @dataclass(frozen=True)
@@ -189,7 +198,7 @@ def rows(file, place):
 def typed(kind, row):
     """A row as a dataclass whose texts are texts and whose numbers are numbers."""
     for field in fields(kind):
-        if not isinstance(row[field.name], field.type):
+        if not isinstance(row.get(field.name, field.default), field.type):
             raise TypeError(f"{field.name} is no {field.type.__name__}")
     return kind(**row)
 

@@ -16,6 +16,15 @@ Pinned read_pinned(const io::Table& check, const std::string& key) {
   return pinned;
 }
 
+double read_order(const io::Table& table, const std::string& key) {
+  const double order = table.number(key);
+  if (!(order > 0.0)) {
+    table.fail(key, fmt::format("'{}' is {}", key, order), "errors fall with the spacing",
+               "Give for example 2, or leave it out: three rows then say it");
+  }
+  return order;
+}
+
 }  // namespace
 
 std::string Asked::name() const {
@@ -27,6 +36,7 @@ std::string Asked::name() const {
     }
   };
   if (!along.empty()) text += " along " + along;
+  if (of == "gci" && order > 0.0) text += fmt::format(" of order {}", order);  // there may be one of each
   add(" at ", where);
   add(" over ", over);
   return text;
@@ -55,13 +65,7 @@ Asked read_asked(const io::Table& check) {
   if (std::find(with_axis.begin(), with_axis.end(), asked.of) != with_axis.end()) {
     asked.along = check.text("along");
   }
-  if (asked.of == "richardson" && check.has("order")) {
-    asked.order = check.number("order");
-    if (!(asked.order > 0.0)) {
-      check.fail("order", fmt::format("'order' is {}", asked.order), "errors fall with the spacing",
-                 "Give for example 2, or leave it out: three rows then say it");
-    }
-  }
+  if (asked.of == "richardson" && check.has("order")) asked.order = read_order(check, "order");
   asked.where = read_pinned(check, "where");
   if (asked.of == "ratio") {
     asked.over = read_pinned(check, "over");
@@ -70,6 +74,18 @@ Asked read_asked(const io::Table& check) {
                  "Write for example over = { \"fluid.storage\" = \"double\" }");
     }
   }
+  return asked;
+}
+
+std::optional<Asked> read_asked_gci(const io::Table& check) {
+  if (!check.has("uncertainty") || !check.table("uncertainty").has("gci_along")) return std::nullopt;
+  const io::Table uncertainty = check.table("uncertainty");
+  Asked asked = read_asked(check);
+  if (asked.of != "value" && asked.of != "richardson") return std::nullopt;
+  asked.of = "gci";
+  asked.along = uncertainty.text("gci_along");
+  asked.order = uncertainty.has("gci_order") ? read_order(uncertainty, "gci_order") : 0.0;
+  std::erase_if(asked.where, [&](const auto& pin) { return pin.first == asked.along; });
   return asked;
 }
 

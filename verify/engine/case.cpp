@@ -59,6 +59,38 @@ Tolerance read_tolerance(const io::Table& check, bool curve) {
   return tolerance;
 }
 
+// But for the target's own where a reference states it.
+Uncertainty read_uncertainty(const io::Table& check, const Case& c) {
+  const io::Table t = check.table("uncertainty");
+  const auto half_width = [&](const std::string& key) {
+    const double value = t.number(key);
+    if (value < 0.0)
+      t.fail(key, fmt::format("'{}' is {}", key, value), "it is a half-width, in the unit of the value",
+             "Give 0 or more");
+    return value;
+  };
+  Uncertainty uncertainty{};
+  const bool by_study = t.has("gci_along");
+  if (by_study == t.has("numerical")) {
+    check.fail("uncertainty", by_study ? "both numerical and gci_along" : "neither numerical nor gci_along",
+               "one says how far spacing, step and box may put the measured value off", "Keep one");
+  }
+  if (by_study) {
+    const std::optional<Asked> gci = c.study.of_many_runs ? read_asked_gci(check) : std::nullopt;
+    if (!gci) {
+      t.fail("gci_along", "not of the values of a grid",
+             "it is taken of the rows of a study, for one of them or their limit",
+             "Give numerical, or ask of a [sweep] for a value or richardson");
+    }
+    uncertainty.gci = gci->name();
+  } else {
+    uncertainty.numerical = half_width("numerical");
+  }
+  if (t.has("input")) uncertainty.input = half_width("input");
+  if (check.has("target")) uncertainty.reference = half_width("reference");
+  return uncertainty;
+}
+
 // Where checks look up what they name.
 struct Shelf {
   const fs::path& references;
@@ -112,10 +144,12 @@ void read_target(const io::Table& s, Check& check, Case& c, const Shelf& shelf) 
            fmt::format("it has: {}", fmt::join(names, ", ")), "Name one of these with quantity = \"...\"");
   }
   check.target = found->second.value;
+  if (check.uncertainty) check.uncertainty->reference = found->second.uncertainty;
   if (!std::isfinite(check.target)) {
     s.fail("reference", fmt::format("'{}' of reference '{}' is {}", quantity, reference.id, check.target),
            "no measured number lies at a distance from that", "Judge another quantity");
   }
+  if (check.uncertainty) return;
   const double allowed = check.tolerance.value * (check.tolerance.relative ? std::abs(check.target) : 1.0);
   if (found->second.uncertainty > allowed) {
     s.fail("tolerance",
@@ -151,6 +185,18 @@ void read_claim(const io::Table& s, Check& check, Shelf& shelf) {
   }
 }
 
+void check_uncertainty(const io::Table& s, const Check& check) {
+  const auto refuse = [&](const std::string& problem) {
+    s.fail("uncertainty", problem, "it says within what a number and a published number agree",
+           "Give a tolerance with its reason");
+  };
+  if (check.target_kind != "published-number")
+    refuse(fmt::format("an uncertainty against a target of kind '{}'", check.target_kind));
+  if (check.curve) refuse("an uncertainty of a curve");
+  if (check.outside) refuse("an uncertainty beside holds = \"outside\"");
+  if (!check.uncertainty->gci && check.uncertainty->combined() == 0.0) refuse("all uncertainties are 0");
+}
+
 Check read_check(const io::Table& s, Case& c, Shelf& shelf) {
   Check check{};
   check.place = s.place();
@@ -180,9 +226,23 @@ Check read_check(const io::Table& s, Case& c, Shelf& shelf) {
            fmt::format("it measures: {}", fmt::join(known, ", ")),
            near.empty() ? "Choose one of these" : fmt::format("Did you mean '{}'?", near));
   }
-  check.tolerance = read_tolerance(s, check.curve.has_value());
+  if (s.has("uncertainty") == s.has("tolerance")) {
+    throw InputError(
+        s.place(),
+        s.has("tolerance") ? "both tolerance and uncertainty" : "neither tolerance nor uncertainty",
+        "one of them says how near is near enough",
+        "Give tolerance, or against a published value uncertainty");
+  }
+  if (s.has("uncertainty")) {
+    check.uncertainty = read_uncertainty(s, c);
+    check.tolerance.text = "combined uncertainty";
+    check.tolerance.reason = s.table("uncertainty").text("reason");
+  } else {
+    check.tolerance = read_tolerance(s, check.curve.has_value());
+  }
   check.outside = s.has("holds") && s.choice("holds", {"within", "outside"}) == "outside";
   read_target(s, check, c, shelf);
+  if (check.uncertainty) check_uncertainty(s, check);
   if (check.tolerance.relative && !check.curve && check.target == 0.0) {
     s.fail("tolerance", "a relative tolerance of a target of zero", "nothing but exactly zero would pass",
            "Give an absolute tolerance");

@@ -27,6 +27,18 @@ struct Tolerance {
   std::string reason;
 };
 
+/// In the place of a tolerance, against a published value: how far each side may be off, in the unit of the
+/// value and all at one level of confidence (some 95 %: half-widths).
+/// [asme-vv20-2009]
+struct Uncertainty {
+  double reference;  // of the target
+  double numerical;  // of the measured value: spacing, step, box; where `gci` is given the study says it
+  double input;      // of what is put in, such as material and size of what was measured
+  std::optional<std::string> gci{};  // number of the study
+
+  double combined() const;  // root of the sum of their squares
+};
+
 /// Which columns of a record to hold against the reference's columns of the same names.
 struct Curve {
   std::string record, x, y;
@@ -45,7 +57,8 @@ struct Check {
   std::optional<Curve> curve;
   double target;  // 0 for a curve, whose measure is its largest error
   bool outside;   // the statement holds when the measured value is *not* within the tolerance of the target
-  Tolerance tolerance;
+  Tolerance tolerance;  // its value means nothing where an uncertainty stands in its place
+  std::optional<Uncertainty> uncertainty;
   std::optional<std::size_t>
       reference;  // index in Case::references; none when the case states the target itself
   std::string target_kind;

@@ -59,6 +59,10 @@ double richardson(const std::vector<double>& spacing, const std::vector<double>&
   return value.back() - beyond_limit(spacing, value, order);
 }
 
+double gci(const std::vector<double>& spacing, const std::vector<double>& value, double order) {
+  return 3.0 * std::abs(beyond_limit(spacing, value, order));
+}
+
 PowerLaw power_law(const std::vector<double>& x, const std::vector<double>& value) {
   const auto n = static_cast<double>(x.size());
   double sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;

@@ -22,8 +22,11 @@ struct Convergence {
 /// At least three grids, the spacings falling.
 Convergence converge(const std::vector<double>& spacing, const std::vector<double>& value);
 
-/// f_0 from the two finest grids, where p is known.
+/// f_0 from the two finest grids, where p is known, and the grid convergence index of the finest: 3 |f -
+/// f_0|,
+/// for that the order is what the grids show is not seen.                                        [roache-1994]
 double richardson(const std::vector<double>& spacing, const std::vector<double>& value, double order);
+double gci(const std::vector<double>& spacing, const std::vector<double>& value, double order);
 
 /// value = factor * x^exponent, by least squares of the logarithms. Everything must be positive.
 struct PowerLaw {

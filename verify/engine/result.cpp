@@ -185,6 +185,12 @@ void write_checks(io::Hdf5Image& file, const Result& r) {
   table.column("verdict", r.outcomes, [](const Outcome& o) { return to_string(o.verdict); });
   table.column("holds", r.outcomes,
                [](const Outcome& o) { return std::string(o.outside ? "outside" : "within"); });
+  const auto half_width = [&](double Uncertainty::*side) {
+    return [side](const Outcome& o) { return o.uncertainty ? (*o.uncertainty).*side : NAN; };
+  };
+  table.column("uncertainty_reference", r.outcomes, half_width(&Uncertainty::reference));
+  table.column("uncertainty_numerical", r.outcomes, half_width(&Uncertainty::numerical));
+  table.column("uncertainty_input", r.outcomes, half_width(&Uncertainty::input));
   // A run that ended in an error has no outcomes, and no row may be without one.
   const std::vector<Check> checks = r.outcomes.empty() ? std::vector<Check>{} : r.c.checks;
   table.column("kind", checks, [](const Check& c) { return to_string(c.kind); });

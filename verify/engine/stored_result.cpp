@@ -66,6 +66,13 @@ std::vector<StoredCheck> read_checks(const io::Hdf5File& file, const fs::path& p
     const std::vector<double> values = columns.numbers(name);
     for (std::size_t i = 0; i < checks.size(); ++i) checks[i].*member = values[i];
   }
+  if (!file.holds("/checks/uncertainty_reference")) return checks;
+  for (const auto& [name, member] : {std::pair{"uncertainty_reference", &StoredCheck::uncertainty_reference},
+                                     {"uncertainty_numerical", &StoredCheck::uncertainty_numerical},
+                                     {"uncertainty_input", &StoredCheck::uncertainty_input}}) {
+    const std::vector<double> values = columns.numbers(name);
+    for (std::size_t i = 0; i < checks.size(); ++i) checks[i].*member = values[i];
+  }
   return checks;
 }
 

@@ -1,6 +1,7 @@
 /// A result file as plain values: what was measured and judged, for whoever compares or counts results.
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <string>
 #include <vector>
@@ -14,6 +15,10 @@ struct StoredCheck {
   std::string metric, kind, statement, verdict, holds, reason, tolerance_text, reference, target_kind, source,
       claim;
   double measured, target, tolerance, error, margin;
+  /// Half-widths; no numbers where a tolerance was stated, or the file is older than uncertainties.
+  double uncertainty_reference = NAN, uncertainty_numerical = NAN, uncertainty_input = NAN;
+
+  bool has_uncertainty() const { return !std::isnan(uncertainty_reference); }
 };
 
 struct StoredReference {

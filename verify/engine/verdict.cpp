@@ -47,16 +47,21 @@ double max_curve_error(const Curve& curve, double floor, const Reference& refere
 
 namespace {
 
+double metric(const std::string& name, const observe::Observations& seen) {
+  const observe::Metric* found = seen.metric(name);
+  if (found == nullptr) throw NumericalFailure(fmt::format("the run yields no '{}' for this scene", name));
+  return found->value;
+}
+
 double measure(const Check& check, const Case& c, const observe::Observations& seen) {
   if (check.curve)
     return max_curve_error(*check.curve, check.tolerance.floor, c.references[*check.reference], seen);
-  const observe::Metric* metric = seen.metric(check.measure);
-  if (metric == nullptr)
-    throw NumericalFailure(fmt::format("the run yields no '{}' for this scene", check.measure));
-  return metric->value;
+  return metric(check.measure, seen);
 }
 
 }  // namespace
+
+double Uncertainty::combined() const { return std::hypot(reference, numerical, input); }
 
 std::string to_string(Verdict verdict) {
   switch (verdict) {
@@ -83,8 +88,14 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
     throw NumericalFailure(fmt::format("'{}' was measured as {}", check.measure, outcome.measured));
   }
   outcome.target = check.target;
-  const bool of_target = check.tolerance.relative && !check.curve;
-  outcome.tolerance = check.tolerance.value * (of_target ? std::abs(check.target) : 1.0);
+  if (check.uncertainty) {
+    outcome.uncertainty = check.uncertainty;
+    if (check.uncertainty->gci) outcome.uncertainty->numerical = metric(*check.uncertainty->gci, seen);
+    outcome.tolerance = outcome.uncertainty->combined();
+  } else {
+    const bool of_target = check.tolerance.relative && !check.curve;
+    outcome.tolerance = check.tolerance.value * (of_target ? std::abs(check.target) : 1.0);
+  }
   outcome.outside = check.outside;
   outcome.error = outcome.measured == outcome.target ? 0.0 : std::abs(outcome.measured - outcome.target);
   const double margin = outcome.error / outcome.tolerance;

@@ -21,12 +21,13 @@ struct Outcome {
   std::string measure;
   double measured;
   double target;
-  double tolerance;  // absolute
+  double tolerance;  // absolute; the combined uncertainty, where one stands in its place
   bool outside;      // the statement holds beyond the tolerance of the target, not within it
   double error;      // |measured - target|
   double
       margin;  // error / tolerance, or its inverse for holds = "outside": at most 1 where the statement holds
   Verdict verdict;
+  std::optional<Uncertainty> uncertainty;
 };
 
 /// The largest error of a curve over the reference's points, each over max(|reference|, floor). Throws

@@ -92,7 +92,7 @@ Curve curve_of(const Asked& asked, const Record& table) {
 
 double along_axis(const Asked& asked, const Record& table) {
   const Curve curve = curve_of(asked, table);
-  const bool three = asked.of == "gci" || (asked.of == "richardson" && asked.order == 0.0);
+  const bool three = (asked.of == "gci" || asked.of == "richardson") && asked.order == 0.0;
   const std::size_t needed = three ? 3 : 2;
   if (curve.x.size() < needed) fail(asked, fmt::format("{} rows, {} are needed", curve.x.size(), needed));
   if (asked.of == "exponent") {
@@ -110,7 +110,8 @@ double along_axis(const Asked& asked, const Record& table) {
     value = engine::orders(h, curve.y).back();
     if (std::isnan(value)) fail(asked, "an error is zero or negative");
   } else if (asked.order > 0.0) {
-    value = engine::richardson(h, curve.y, asked.order);
+    value = asked.of == "gci" ? engine::gci(h, curve.y, asked.order)
+                              : engine::richardson(h, curve.y, asked.order);
   } else {
     const engine::Convergence found = engine::converge(h, curve.y);
     value = asked.of == "richardson" ? found.richardson : found.gci;

@@ -14,7 +14,7 @@ std::vector<double> spacings(const std::vector<double>& axis);
 /// What a check asks of the table. With h the spacings along the axis:
 ///   order       p of value ~ h^p, an error, between the two finest rows
 ///   richardson  limit h -> 0 from the three finest rows, or from two where the order is given; gci the
-///               half-width within which it lies                            [roache-1994; celik-2008]
+///               half-width within which it lies, likewise                            [roache-1994; celik-2008]
 ///   exponent    p of value ~ axis^p, least squares over all rows
 ///   ratio       the row of `where` over the one of `over`
 /// Throws NumericalFailure when the rows do not give the number, and says why.

@@ -125,6 +125,15 @@ Questions read_questions(const std::vector<io::Table>& checks, const std::string
                                              {asked.metric, "", metric.dimension, "", {}}}});
     }
     questions.asked.push_back(asked);
+    const std::optional<engine::Asked> gci = engine::read_asked_gci(check);
+    if (!gci || questions.declares.metric(gci->name()) != nullptr) continue;
+    if (table.find(gci->along) == nullptr) {
+      check.table("uncertainty")
+          .fail("gci_along", fmt::format("the study has no axis '{}'", gci->along),
+                "the grids that are compared stand along it", "Name one of its axes");
+    }
+    questions.declares.metrics.push_back({gci->name(), {}, metric.dimension, metric.meaning});
+    questions.asked.push_back(*gci);
   }
   return questions;
 }

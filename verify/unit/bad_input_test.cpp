@@ -50,6 +50,16 @@ std::string with(const std::string& from, const std::string& to) { return replac
 std::string and_then(const std::string& text) { return good_case + "\n" + text; }
 
 const std::string tolerance = R"(tolerance = { relative = 1e-9, reason = "differences of forces" })";
+
+std::string uncertainty(const std::string& numbers) {
+  return "uncertainty = { reference = 0.1, " + numbers + ", reason = \"r\" }";
+}
+
+/// Against a published number, with this in the place of the tolerance.
+std::string with_published(const std::string& uncertainty_of_it) {
+  return replaced(with(tolerance, uncertainty_of_it), "target_kind = \"high-precision\"",
+                  "target_kind = \"published-number\"");
+}
 const std::string target = R"(target = 1021.186296534041763399964
 target_kind = "high-precision"
 source = "40-digit arithmetic")";
@@ -124,6 +134,22 @@ claim = "young-modulus")";
        with(target, "reference = \"fene-lj-rest-state\"\nquantity = \"young\""), "has no value 'young'"},
       {"tolerance tighter than the reference", with(target, "reference = \"wu-qi-2014-numbers\""),
        "is tighter than the reference's uncertainty"},
+      {"uncertainty beside a tolerance", with("tolerance = {", "uncertainty = {}\ntolerance = {"),
+       "both tolerance and uncertainty"},
+      {"neither tolerance nor uncertainty", with(tolerance, ""), "neither tolerance nor uncertainty"},
+      {"uncertainty against an exact law", with(tolerance, uncertainty("numerical = 0.1")),
+       "an uncertainty against a target of kind 'high-precision'"},
+      {"uncertainty without a numerical one", with_published(uncertainty("input = 0.1")),
+       "neither numerical nor gci_along"},
+      {"two numerical uncertainties",
+       with_published(uncertainty("numerical = 0.1, gci_along = \"tensile.strains\"")),
+       "both numerical and gci_along"},
+      {"convergence index of one run", with_published(uncertainty("gci_along = \"tensile.strains\"")),
+       "not of the values of a grid"},
+      {"negative uncertainty", with_published(uncertainty("numerical = -0.1")), "'numerical' is -0.1"},
+      {"nothing uncertain",
+       with_published("uncertainty = { reference = 0.0, numerical = 0.0, reason = \"r\" }"),
+       "all uncertainties are 0"},
       {"unknown metric", with("\"young_modulus\"", "\"young_modulu\""), "does not measure 'young_modulu'"},
       {"neither metric nor curve", with("metric = \"young_modulus\"", ""), "neither metric nor curve"},
       {"curve whose reference lacks the column",

@@ -30,6 +30,7 @@ TEST_CASE("A pure power gives its order, its limit and 1.25 of its error, on any
         for (const double p : found.order) CHECK(p == Approx(order).epsilon(1e-7));
         CHECK(found.richardson == Approx(7.0).epsilon(1e-12));
         CHECK(found.gci == Approx(1.25 * std::abs(value.back() - 7.0)).epsilon(1e-7));
+        CHECK(gci(h, value, order) == Approx(3.0 * std::abs(value.back() - 7.0)).epsilon(1e-7));
         std::vector<double> error;
         for (const double v : value) error.push_back(std::abs(v - 7.0));
         // The smallest errors have lost ten digits to the limit.

@@ -106,6 +106,26 @@ TEST_CASE("A check holds within its tolerance, its end included") {
   CHECK(judged(relative, -5.5) == Verdict::fail);
 }
 
+TEST_CASE(
+    "Against a published value a check holds within the root of the sum of squares of three uncertainties") {
+  Check check = check_of(100.0, 0.0);
+  check.uncertainty = Uncertainty{.reference = 3.0, .numerical = 4.0, .input = 12.0};
+  CHECK(judged(check, 113.0) == Verdict::pass);
+  CHECK(judged(check, 87.0) == Verdict::pass);
+  CHECK(judged(check, 113.1) == Verdict::fail);
+
+  check.uncertainty = Uncertainty{.reference = 3.0, .numerical = 0.0, .input = 0.0, .gci = "gci(length)"};
+  CHECK_THROWS_AS(judged(check, 100.0), NumericalFailure);  // the study did not say it
+  observe::Observations seen;
+  seen.metrics = {{"length", 105.0, "L", ""}, {"gci(length)", 4.0, "L", ""}};
+  const Outcome outcome = judge(check, Case{}, seen);
+  CHECK(outcome.verdict == Verdict::pass);
+  CHECK(outcome.tolerance == 5.0);
+  CHECK(outcome.margin == 1.0);
+  REQUIRE(outcome.uncertainty);
+  CHECK(outcome.uncertainty->numerical == 4.0);
+}
+
 TEST_CASE("A check for outside holds where one for within does not") {
   Check check = check_of(2.0, 0.5);
   check.outside = true;
@@ -234,6 +254,7 @@ TEST_CASE("A result file gives back what was put in") {
   for (const observe::Metric& metric : result.seen.metrics) values.push_back(metric.value);
   CHECK(same_bits(file.numbers("/metrics/value"), values));
   CHECK(file.texts("/checks/verdict").size() == result.outcomes.size());
+  for (const double none : file.numbers("/checks/uncertainty_numerical")) CHECK(std::isnan(none));
   CHECK_THROWS_AS(file.numbers("/checks/verdict"), InputError);
   CHECK_THROWS_AS(file.texts("/metrics/value"), InputError);
   CHECK_THROWS_AS(file.texts("/nothing"), InputError);

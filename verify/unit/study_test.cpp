@@ -116,6 +116,23 @@ TEST_CASE("A number of a study is called by all that it asks") {
         "ratio(e) at a = 1, b = 2 over a = 3");
 }
 
+TEST_CASE("The numerical uncertainty of a row or of a limit is the convergence index along an axis") {
+  const std::string check = "metric = \"value\"\nwhere = { \"a.factor\" = 3, \"a.n\" = 32 }\n";
+  const auto index = [](const std::string& text) {
+    return engine::read_asked_gci(io::parse_document(text, "study.toml"));
+  };
+  const auto observed = index(check + "uncertainty = { gci_along = \"a.n\" }");
+  REQUIRE(observed);
+  CHECK(observed->name() == "gci(value) along a.n at a.factor = 3");
+  CHECK(number(*observed, table_of_errors()).value == Approx(1.25 * 3.0 / 1024.0));
+  const auto known = index(check + "uncertainty = { gci_along = \"a.n\", gci_order = 2 }");
+  REQUIRE(known);
+  CHECK(known->name() == "gci(value) along a.n of order 2 at a.factor = 3");
+  CHECK(number(*known, table_of_errors()).value == Approx(3.0 * 3.0 / 1024.0));
+  CHECK_FALSE(index(check + "uncertainty = { numerical = 0.1 }"));
+  CHECK_FALSE(index("metric = \"value\"\nof = \"max\"\nuncertainty = { gci_along = \"a.n\" }"));
+}
+
 TEST_CASE("A curve has the number at each value of the axis across") {
   const engine::Asked asked_for = asked(
       "curve = { record = \"sweep\", x = \"a.factor\", y = \"value\" }\nof = \"richardson\"\nalong = "
