@@ -201,7 +201,12 @@ def main(arguments=None):
     if options.claims:
         try:
             ledger = json.loads(options.claims.read_text(encoding="utf-8"))
-            ledger = {"claims": ledger["claims"], "counts": ledger["counts"], "citation": str(ledger.get("citation", ""))}
+            ledger = {
+                "claims": ledger["claims"],
+                "counts": ledger["counts"],
+                "citation": str(ledger.get("citation", "")),
+                "benchmarks": ledger.get("benchmarks", []),
+            }
         except (OSError, ValueError, KeyError, TypeError) as problem:
             print(f"{options.claims}: no ledger ({problem}). Make it with `veriflex claims --json`", file=sys.stderr)
             return USAGE

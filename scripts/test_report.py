@@ -298,6 +298,29 @@ class Published(unittest.TestCase):
         self.assertIn("computed over published", page)
         self.assertIn("<i>numerical</i> 4 ", page)
 
+    def test_benchmarks_say_who_agrees_within_what_and_what_is_not_compared(self):
+        entry = dict(where="jeffery-1922", conditions="", notes="", kind="exact-law")
+        number = dict(metric="m", statement="s", target_kind="analytic", holds="within", is_uncertainty=False, wall_seconds=90.0)
+        found = [
+            dict(case="turn", verdict="pass", measured=1.01, target=1.0, tolerance=0.02) | number,
+            dict(case="error", verdict="pass", measured=3e-3, target=0.0, tolerance=5e-3) | number,
+            dict(case="elsewhere", verdict="not run"),
+        ]
+        benchmarks = [
+            entry | dict(id="orbit", states="T = 2 pi/g", judgements=found, standing="holds"),
+            entry | dict(id="flag", states="a flag", notes="Values not confirmed.", kind="not-compared", judgements=[], standing="not run"),
+        ]
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "turn", "pass", [CHECK])
+            ledger = Path(folder, "claims.json")
+            ledger.write_text(json.dumps(dict(claims=[], counts={}, benchmarks=benchmarks)))
+            page = page_of(folder, "--claims", ledger)
+        self.assertIn("1 of 1 systems agree; 1 are not compared yet", page)
+        self.assertIn("<td>1 %<td>2 %", page)
+        self.assertIn("<td>0.003<td>0.005", page)
+        self.assertIn("<td>tolerance<td>90 s", page)
+        self.assertIn("a flag <small>Values not confirmed.</small>", page)
+
     def test_results_of_before_and_without_uncertainties_have_no_such_section(self):
         with tempfile.TemporaryDirectory() as folder:
             write_result(Path(folder), "before", "pass", [CHECK])

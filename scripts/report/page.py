@@ -17,7 +17,7 @@ from veriflex import results
 HERE = Path(__file__).parent
 SECTIONS = {
     "ledger": "What the paper states",
-    "published": "Against published values",
+    "published": "Exact laws and published values",
     "accuracy": "What accuracy costs",
     "motive": "The paper’s motive",
     "stability": "Stiffness by law",
@@ -170,9 +170,10 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
     left_out = tried(leave_out.rows, results_read, [])
     stiffness = tried(stability.compared, results_read, [])
     motives = tried(motive.rows, results_read, [])
+    benchmarks = ledger_rows(ledger["benchmarks"], results_read) if ledger else []
     measured_elsewhere = tried(published.rows, standing, [])
     growth, answers = tried(cost.growth, results_read, []), tried(studies.answers, results_read, [])
-    there = dict(zip(SECTIONS, (entries, measured_elsewhere, answers, entries and motives, stiffness, left_out, growth, law_figures)))
+    there = dict(zip(SECTIONS, (entries, benchmarks or measured_elsewhere, answers, entries and motives, stiffness, left_out, growth, law_figures)))
     panels = [tried(panel, standing, None) for panel in overview.PANELS] if any(there[name] for name in PANELLED) else []
     page = environment().get_template("page.html.j2").render(
         results=results_read,
@@ -189,7 +190,7 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         ledger=entries,
         standings=ledger["counts"] if ledger else {},
         marked=STANDING_MARKS,
-        claim_ids={entry["id"] for entry in entries},
+        claim_ids={entry["id"] for entry in (*entries, *benchmarks)},
         findings=tried(findings.of, standing, []) if entries else [],
         filament=filament,
         filament_figure=filament_figure,
@@ -197,6 +198,7 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         laws=tried(bond.laws, results_read, []),
         law_figures=law_figures,
         figures=figures_by_file,
+        benchmarks=benchmarks,
         published_rows=measured_elsewhere,
         published_families=tried(published.families, measured_elsewhere, []),
         published_picture=tried(published.picture, measured_elsewhere, None),

@@ -1,4 +1,4 @@
-"""Computed values against published ones: by how much they deviate, and how well either is known."""
+"""Computed values against exact laws and published ones: by how much they deviate, and how well either is known."""
 
 import re
 
@@ -63,17 +63,18 @@ def picture(found):
     panel.axvline(0, color="#555555", linewidth=0.8)
     panel.errorbar(percent["deviation"], places, xerr=percent["uncertainty"], fmt="none", ecolor="#B8BCC0", elinewidth=1.2, zorder=0)
     panel.errorbar(0 * reference, places, xerr=reference, fmt="none", ecolor="#222222", elinewidth=3, zorder=1)
-    names = list(dict.fromkeys(row["family"] for row in found))
-    for number, name in enumerate(names):
+    kinds = list(dict.fromkeys(row["family"] for row in found))
+    for number, name in enumerate(kinds):
         of_family = np.array([row["family"] == name for row in found])
         for agrees, filled in ((True, f"C{number % 6}"), (False, "none")):
             chosen = of_family & np.array([(row["check"].verdict == "pass") == agrees for row in found])
             panel.plot(percent["deviation"][chosen], places[chosen], "o", color=f"C{number % 6}", markerfacecolor=filled)
     panel.set_ylim(len(found) - 0.4, -0.6)
-    panel.set_yticks(places, [f"{row['result'].id} {row['number']}" for row in found])
+    names = [f"{row['result'].id} {row['number']}" for row in found]
+    panel.set_yticks(places, [name.replace("-", "\N{NON-BREAKING HYPHEN}") for name in names])  # the drawing's hyphens are minus signs
     panel.grid_along = {"x"}
     panel.set_xlabel("computed over published, less 1 [%]")
-    handles = [Line2D([], [], marker="o", color=f"C{number % 6}", linestyle="none", label=", ".join(name)) for number, name in enumerate(names)]
+    handles = [Line2D([], [], marker="o", color=f"C{number % 6}", linestyle="none", label=", ".join(name)) for number, name in enumerate(kinds)]
     handles.append(Line2D([], [], color="#B8BCC0", label="combined uncertainty"))
     handles.append(Line2D([], [], color="#222222", linewidth=3, label="of the published value"))
     legend_above(panel, handles)

@@ -94,7 +94,7 @@ Uncertainty read_uncertainty(const io::Table& check, const Case& c) {
 // Where checks look up what they name.
 struct Shelf {
   const fs::path& references;
-  std::optional<Ledger> ledger;  // read when the first claim asks for it
+  std::optional<Ledger> ledger, benchmarks;  // read when the first check asks for one
 };
 
 std::size_t index_of_reference(const std::string& id, Case& c, const Shelf& shelf, const Place& place) {
@@ -159,23 +159,36 @@ void read_target(const io::Table& s, Check& check, Case& c, const Shelf& shelf) 
   }
 }
 
-void read_claim(const io::Table& s, Check& check, Shelf& shelf) {
-  check.claims = s.has_list("claim") ? s.texts("claim") : std::vector{s.text("claim")};
-  if (!shelf.ledger) shelf.ledger = read_ledger(shelf.references);
-  if (check.claims.empty()) {
-    s.fail("claim", "'claim' is empty", "a check of a claim judges at least one entry of the ledger",
+// The entries of a ledger that a check judges.
+std::vector<std::string> read_cited(const io::Table& s, const std::string& key, const Ledger& ledger) {
+  const std::vector<std::string> ids = s.has_list(key) ? s.texts(key) : std::vector{s.text(key)};
+  if (ids.empty()) {
+    s.fail(key, fmt::format("'{}' is empty", key), "it names at least one entry of the ledger",
            "Name one; see veriflex claims");
   }
-  for (const std::string& id : check.claims) {
-    const Entry& entry = find_entry(*shelf.ledger, id, s.place("claim"));
-    if (entry.kind == not_decidable) {
-      s.fail("claim", fmt::format("the ledger calls '{}' not decidable", id), entry.notes,
-             "Judge another entry, or state in the ledger what a run could contradict");
+  for (const std::string& id : ids) {
+    const Entry& entry = find_entry(ledger, id, s.place(key));
+    if (!is_judged(entry.kind)) {
+      s.fail(key,
+             fmt::format("the ledger calls '{}' {}", id,
+                         entry.kind == not_decidable ? "not decidable" : "not compared"),
+             entry.notes, "Judge another entry, or state in the ledger what a run could contradict");
     }
-    if (std::count(check.claims.begin(), check.claims.end(), id) > 1) {
-      s.fail("claim", fmt::format("'{}' is named twice", id), "a check judges an entry once", "Remove one");
+    if (std::count(ids.begin(), ids.end(), id) > 1) {
+      s.fail(key, fmt::format("'{}' is named twice", id), "a check judges an entry once", "Remove one");
     }
   }
+  return ids;
+}
+
+void read_benchmark(const io::Table& s, Check& check, Shelf& shelf) {
+  if (!shelf.benchmarks) shelf.benchmarks = read_benchmarks(shelf.references);
+  check.claims = read_cited(s, "benchmark", *shelf.benchmarks);
+}
+
+void read_claim(const io::Table& s, Check& check, Shelf& shelf) {
+  if (!shelf.ledger) shelf.ledger = read_ledger(shelf.references);
+  check.claims = read_cited(s, "claim", *shelf.ledger);
   if (s.flag("expected_to_hold", true)) return;
   const io::Table recorded = s.table("recorded");
   check.refuted = Recorded{recorded.number("value"), recorded.number("relative")};
@@ -247,7 +260,11 @@ Check read_check(const io::Table& s, Case& c, Shelf& shelf) {
     s.fail("tolerance", "a relative tolerance of a target of zero", "nothing but exactly zero would pass",
            "Give an absolute tolerance");
   }
-  if (check.kind == CheckKind::claim) read_claim(s, check, shelf);
+  if (check.kind == CheckKind::claim) {
+    read_claim(s, check, shelf);
+  } else if (s.has("benchmark")) {
+    read_benchmark(s, check, shelf);
+  }
   for (const Check& other : c.checks) {
     if (other.measure == check.measure && other.statement == check.statement && other.kind == check.kind) {
       s.fail("statement", fmt::format("the check of '{}' stands here twice", check.measure),
@@ -383,7 +400,7 @@ void read_into(Case& c, const io::Table& top, const fs::path& path, const Reader
   if (top.has("assumed")) attempt(top, [&] { c.assumed = read_assumed(top, readers.with_checks); });
   if (!has_study) return;  // what its checks may ask for is not known
   attempt(top, [&] {
-    Shelf shelf{reference_folder, {}};
+    Shelf shelf{reference_folder, {}, {}};
     for (const io::Table& check : top.tables("check")) {
       if (readers.with_checks) {
         attempt(check, [&] { c.checks.push_back(read_check(check, c, shelf)); });

@@ -63,7 +63,7 @@ struct Check {
       reference;  // index in Case::references; none when the case states the target itself
   std::string target_kind;
   std::string source;
-  std::vector<std::string> claims;  // ledger entries that a claim's check judges
+  std::vector<std::string> claims;  // entries of the ledger, or of the benchmarks, that it judges
   std::optional<Recorded> refuted;  // given: the claim is expected not to hold
   Place place;
 };

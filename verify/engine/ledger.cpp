@@ -7,7 +7,6 @@
 
 #include "engine/stored_result.hpp"
 #include "io/file.hpp"
-#include "io/hdf5.hpp"
 
 namespace veriflex::engine {
 
@@ -23,35 +22,15 @@ struct CitedChecks {
 };
 
 CitedChecks read_checks(const fs::path& path) {
-  const io::Hdf5File file(path);
-  CitedChecks read{path,
-                   file.attribute("/", "id"),
-                   file.attribute("/", "verdict"),
-                   file.attribute("/provenance", "date"),
-                   file.attribute("/", "variant"),
-                   {}};
-  const std::vector<std::string> claims = file.texts("/checks/claim");
-  const std::vector<std::string> verdicts = file.texts("/checks/verdict");
-  const std::vector<std::string> metrics = file.texts("/checks/metric");
-  const std::vector<std::string> statements = file.texts("/checks/statement");
-  const std::vector<std::string> kinds = file.texts("/checks/target_kind");
-  const std::vector<std::string> holds = file.texts("/checks/holds");
-  const std::vector<double> measured = file.numbers("/checks/measured");
-  const std::vector<double> targets = file.numbers("/checks/target");
-  const std::vector<double> tolerances = file.numbers("/checks/tolerance");
-  for (const std::size_t size : {verdicts.size(), metrics.size(), statements.size(), kinds.size(),
-                                 holds.size(), measured.size(), targets.size(), tolerances.size()}) {
-    if (size != claims.size()) {
-      throw InputError({path.string()}, "the columns of /checks differ in length",
-                       "the file is not as its schema says", "Run the case again");
-    }
-  }
-  for (std::size_t i = 0; i < claims.size(); ++i) {
-    std::istringstream cited(claims[i]);
+  const StoredResult result = read_result(path);
+  CitedChecks read{path, result.id, result.verdict, result.date, result.variant, {}};
+  for (const StoredCheck& check : result.checks) {
+    std::istringstream cited(check.claim);
     for (std::string claim; cited >> claim;) {
       read.checks.emplace_back(
-          claim, Judgement{read.case_id, verdicts[i], metrics[i], statements[i], kinds[i], measured[i],
-                           targets[i], tolerances[i], holds[i] == "outside"});
+          claim, Judgement{result.id, check.verdict, check.metric, check.statement, check.target_kind,
+                           check.measured, check.target, check.tolerance, check.holds == "outside",
+                           check.has_uncertainty(), result.wall_seconds});
     }
   }
   return read;
@@ -96,18 +75,19 @@ std::vector<CitedChecks> read_results(const std::vector<fs::path>& folders, Judg
 }
 
 void check_kind(const io::Table& s, const Entry& entry) {
-  if (entry.kind != not_decidable) {
+  if (is_judged(entry.kind)) {
     if (!entry.judged_by.empty()) return;
     s.fail("judged_by", fmt::format("no case judges '{}'", entry.id),
            fmt::format("it is a {}, which a run can contradict", entry.kind),
-           "Name the cases, or call it not-decidable and say why in its notes");
+           "Name the cases, or call it not-decidable or not-compared and say why in its notes");
   }
+  const std::string kind = entry.kind == not_decidable ? "not decidable" : "not compared";
   if (!entry.judged_by.empty()) {
-    s.fail("judged_by", fmt::format("cases judge '{}', which is not decidable", entry.id),
-           "nothing that a run measures could contradict it", "Choose another kind, or remove the cases");
+    s.fail("judged_by", fmt::format("cases judge '{}', which is {}", entry.id, kind),
+           "nothing that a run measures speaks of it", "Choose another kind, or remove the cases");
   }
   if (entry.notes.empty()) {
-    s.fail("kind", fmt::format("'{}' is not decidable without a reason", entry.id),
+    s.fail("kind", fmt::format("'{}' is {} without a reason", entry.id, kind),
            "a reader must see why no run judges it", "Say in its notes what is missing");
   }
 }
@@ -115,23 +95,31 @@ void check_kind(const io::Table& s, const Entry& entry) {
 }  // namespace
 
 const std::vector<std::string>& claim_kinds() {
-  static const std::vector<std::string> kinds{"published-number", "published-relation", "reading",
-                                              not_decidable};
+  static const std::vector<std::string> kinds{"published-number", "published-relation", "exact-law",
+                                              "reading",          not_decidable,        not_compared};
   return kinds;
 }
+
+bool is_judged(const std::string& kind) { return kind != not_decidable && kind != not_compared; }
 
 Ledger read_ledger(const fs::path& reference_folder) {
   const fs::path path = reference_folder / "claims" / "wu-qi-2014.toml";
   return read_ledger(io::parse_document(io::read_file(path), path.string()));
 }
 
+Ledger read_benchmarks(const fs::path& reference_folder) {
+  const fs::path path = reference_folder / "claims" / "benchmarks.toml";
+  return fs::exists(path) ? read_ledger(io::parse_document(io::read_file(path), path.string())) : Ledger{};
+}
+
 Ledger read_ledger(const io::Table& top) {
   top.integer("schema", 1, 1);
-  Ledger ledger{top.text("citation"), top.place("citation"), {}};
+  Ledger ledger{top.text("citation", ""), top.place("citation"), {}};
   for (const io::Table& s : top.tables("claim")) {
-    Entry entry{s.text("id"),         s.text("where"),          s.choice("kind", claim_kinds()),
-                s.text("states"),     s.text("conditions", ""), s.text("notes", ""),
-                s.texts("judged_by"), s.place("judged_by")};
+    Entry entry{
+        s.text("id"),        s.text("where"),          s.place("where"),    s.choice("kind", claim_kinds()),
+        s.text("states"),    s.text("conditions", ""), s.text("notes", ""), s.texts("judged_by"),
+        s.place("judged_by")};
     check_kind(s, entry);
     for (const Entry& other : ledger.entries) {
       if (other.id == entry.id) {
@@ -157,7 +145,9 @@ const Entry& find_entry(const Ledger& ledger, const std::string& id, const Place
   }
   const std::string near = nearest_name(id, ids);
   throw InputError(asked_at, fmt::format("the ledger has no claim '{}'", id),
-                   fmt::format("claims of {} stand in reference/claims", ledger.citation),
+                   ledger.citation.empty()
+                       ? "benchmarks stand in reference/claims/benchmarks.toml"
+                       : fmt::format("claims of {} stand in reference/claims", ledger.citation),
                    near.empty() ? "See veriflex claims" : fmt::format("Did you mean '{}'?", near));
 }
 
@@ -177,7 +167,10 @@ Judged judge_ledger(const Ledger& ledger, const std::vector<fs::path>& results) 
       const auto run =
           std::find_if(cases.begin(), cases.end(), [&](const CitedChecks& c) { return c.case_id == id; });
       const bool failed = run != cases.end() && run->verdict == "error";
-      found.push_back({id, failed ? "error" : "not run", "", "", "", 0.0, 0.0, 0.0, false});
+      Judgement none{};
+      none.case_id = id;
+      none.verdict = failed ? "error" : "not run";
+      found.push_back(none);
     }
   }
   return judged;

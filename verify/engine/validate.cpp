@@ -130,15 +130,18 @@ void check_references(const std::vector<Case>& cases, const fs::path& folder, Pr
   }
 }
 
-void check_ledger(const std::vector<Case>& cases, const fs::path& reference_folder, Problems& problems) {
-  const Ledger ledger = read_ledger(reference_folder);
-  check_citation(ledger.citation, ledger.citation_at, bibliography_keys(reference_folder), problems);
+void check_ledger(const std::vector<Case>& cases, const Ledger& ledger, const fs::path& reference_folder,
+                  Problems& problems) {
+  const std::vector<std::string> keys = bibliography_keys(reference_folder);
+  if (!ledger.citation.empty()) check_citation(ledger.citation, ledger.citation_at, keys, problems);
   const auto cites = [](const Case& c, const Entry& entry) {
     return std::any_of(c.checks.begin(), c.checks.end(), [&](const Check& k) {
       return std::find(k.claims.begin(), k.claims.end(), entry.id) != k.claims.end();
     });
   };
   for (const Entry& entry : ledger.entries) {
+    if (ledger.citation.empty() && entry.kind != "exact-law")
+      check_citation(entry.where, entry.where_at, keys, problems);
     for (const std::string& id : entry.judged_by) {
       const auto found = std::find_if(cases.begin(), cases.end(), [&](const Case& c) { return c.id == id; });
       if (found == cases.end() || !cites(*found, entry)) {
@@ -173,7 +176,9 @@ std::vector<std::string> problems_of_repository(const fs::path& case_folder, con
   const std::vector<Case> cases =
       check_cases(documents(case_folder), case_folder, reference_folder, readers, problems);
   check_references(cases, reference_folder, problems);
-  problems.attempt([&] { check_ledger(cases, reference_folder, problems); });
+  problems.attempt([&] { check_ledger(cases, read_ledger(reference_folder), reference_folder, problems); });
+  problems.attempt(
+      [&] { check_ledger(cases, read_benchmarks(reference_folder), reference_folder, problems); });
   return problems.all();
 }
 

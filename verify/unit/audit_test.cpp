@@ -79,7 +79,11 @@ TEST_CASE("Cases say which targets are the program's own, and what is not judged
   own.target_kind = "baseline";
   c.checks = {own};
   engine::Ledger ledger;
-  ledger.entries.push_back({"a-sketch", "Fig. 1", "not-decidable", "", "", "it is a sketch", {}, {}});
+  engine::Entry sketch;
+  sketch.id = "a-sketch";
+  sketch.kind = engine::not_decidable;
+  sketch.notes = "it is a sketch";
+  ledger.entries.push_back(sketch);
   const engine::AuditOfCases found = engine::audit({c}, {"reference/unused.toml"}, ledger);
   CHECK(found.without_reason.size() == 1);
   CHECK(found.own_targets.size() == 1);

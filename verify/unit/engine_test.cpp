@@ -512,9 +512,60 @@ TEST_CASE("The ledger shows what result files say, and what no case judges") {
   CHECK_THAT(text.out, ContainsSubstring("must lie beyond 1 +- 0.1"));
   CHECK_THAT(text.out, ContainsSubstring("published 942.8515"));
   CHECK_THAT(text.out, ContainsSubstring("target 0.01"));
+  CHECK_THAT(text.out, ContainsSubstring("duct: not run (exact-law; white-2006)"));
+  CHECK_THAT(text.out, ContainsSubstring("turek-hron: not run (not-compared"));
   const Ran nowhere = folder.run({"claims", "--results", "nowhere"});
   CHECK(nowhere.code == 2);
   CHECK_THAT(nowhere.err, ContainsSubstring("nowhere: no folder of results (it does not exist)"));
+}
+
+TEST_CASE("A benchmark says who agrees, within which tolerance and at which cost") {
+  const Folder folder;
+  REQUIRE(folder.run({"run", "channel-duct", "--out", "results"}).code == 0);
+  const Ran text = folder.run({"claims"});
+  CHECK_THAT(text.out, ContainsSubstring("duct: agrees"));
+  CHECK_THAT(text.out, ContainsSubstring("% off, within 0.2 % (tolerance)"));
+  const Json benchmarks = Json::parse(folder.run({"claims", "--json"}).out)["benchmarks"];
+  const auto duct = std::find_if(benchmarks.begin(), benchmarks.end(),
+                                 [](const Json& entry) { return entry["id"] == "duct"; });
+  REQUIRE(duct != benchmarks.end());
+  CHECK((*duct)["standing"] == "holds");
+  const Json& found = (*duct)["judgements"][0];
+  CHECK(found["case"] == "channel-duct");
+  CHECK(found["is_uncertainty"] == false);
+  CHECK(found["wall_seconds"].get<double>() > 0.0);
+}
+
+TEST_CASE("A ledger of benchmarks is held against its cases and the bibliography") {
+  const Folder folder;
+  const std::filesystem::path shelf = folder.path() / "reference";
+  const std::string law =
+      "schema = 1\n[[claim]]\nid = \"law\"\nwhere = \"derived here\"\nkind = \"exact-law\"\nstates = "
+      "\"E\"\njudged_by = [\"bad\"]\n";
+  const std::string open = replaced(replaced(law, "exact-law", "not-compared"), "[\"bad\"]", "[]");
+  const auto problems = [&](const std::string& benchmark, const std::string& ledger) {
+    folder.write("cases/bad.toml",
+                 replaced(good_case, "kind = \"verification\"", "kind = \"verification\"\n" + benchmark));
+    folder.write("reference/claims/benchmarks.toml", ledger);
+    std::string text;
+    for (const std::string& problem :
+         problems_of_repository(folder.path() / "cases", shelf, studies::readers()))
+      text += problem + "\n";
+    return text;
+  };
+  folder.write("reference/bibliography.bib", "@article{wu-qi-2014,\n}\n");
+  folder.write("reference/claims/wu-qi-2014.toml", "schema = 1\ncitation = \"wu-qi-2014\"\n");
+  const std::string cited = "benchmark = \"law\"";
+  CHECK(problems(cited, law).empty());
+  CHECK_THAT(problems("", law), ContainsSubstring("'bad' does not judge 'law'"));
+  CHECK_THAT(problems("benchmark = \"lav\"", law),
+             ContainsSubstring("has no claim 'lav' (benchmarks stand in"));
+  CHECK_THAT(problems(cited, replaced(law, "exact-law", "published-number")),
+             ContainsSubstring("the bibliography has no 'derived'"));
+  CHECK_THAT(problems("", open), ContainsSubstring("'law' is not compared without a reason"));
+  const std::string said = replaced(open, "derived here", "wu-qi-2014") + "notes = \"no case\"\n";
+  CHECK(problems("", said).empty());
+  CHECK_THAT(problems(cited, said), ContainsSubstring("the ledger calls 'law' not compared (no case)"));
 }
 
 TEST_CASE("validate finds what is wrong between cases, references, ledger and bibliography") {

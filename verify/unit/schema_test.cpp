@@ -82,10 +82,11 @@ Names asked_of_references() {
     engine::read_reference(top, path);
     add(asked, top.asked());
   }
-  const io::Table ledger =
-      io::parse_document(io::read_file(references / "claims" / "wu-qi-2014.toml"), "ledger");
-  engine::read_ledger(ledger);
-  add(asked, ledger.asked());
+  for (const fs::path& path : files(references / "claims", ".toml")) {
+    const io::Table ledger = io::parse_document(io::read_file(path), path.string());
+    engine::read_ledger(ledger);
+    add(asked, ledger.asked());
+  }
   return asked;
 }
 
@@ -193,6 +194,9 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
                                  "t.integers(key",
                                  "top.table(bad.parameter.substr(0",
                                  "top.table(where",
+                                 "s.text(key",
+                                 "s.texts(key",
+                                 "table.number(key",
                                  "check.has(key",
                                  "check.table(key",
                                  "study.tables(key",
