@@ -32,8 +32,8 @@ double largest_ritz_value(const Product& product, Vector start) {
     if (size == dimensions || !(image.norm() > 1e-12 * length)) break;
     basis.col(size) = image.normalized();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(projected.topLeftCorner(size, size),
-                                                              Eigen::EigenvaluesOnly);
+  const Eigen::MatrixXd symmetric = projected.topLeftCorner(size, size).selfadjointView<Eigen::Upper>();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric, Eigen::EigenvaluesOnly);
   return solver.eigenvalues()[size - 1];
 }
 
