@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "base/mutant.hpp"
+
 namespace veriflex {
 
 /// Nodes stand at the integers 0 .. size - 1 along each axis; x is the fastest.
@@ -26,7 +28,9 @@ struct Grid {
 
   /// `at` moved by one box length into the box; at most one box length outside.
   std::int64_t wrap(std::int64_t at, std::size_t axis) const {
-    return at < 0 ? at + size[axis] : at >= size[axis] ? at - size[axis] : at;
+    return at < 0             ? at + size[axis] - (planted(Mutant::wrap_one_short) ? 1 : 0)
+           : at >= size[axis] ? at - size[axis]
+                              : at;
   }
 };
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "base/memory.hpp"
+#include "base/mutant.hpp"
 
 namespace veriflex::parts {
 
@@ -43,7 +44,10 @@ Registry& registry() {
 }  // namespace
 
 Built::Built(Kind kind, double bytes, const void* shared)
-    : kind_(kind), bytes_(bytes), shared_(shared), exists_(true) {
+    : kind_(kind),
+      bytes_((planted(Mutant::parts_bytes_short) ? 0.9 : 1.0) * bytes),
+      shared_(shared),
+      exists_(true) {
   Registry& all = registry();
   const std::lock_guard lock(all.guard);
   ++all.made[static_cast<std::size_t>(kind)].count;

@@ -4,12 +4,16 @@
 
 #include <cmath>
 
+#include "base/mutant.hpp"
 #include "base/vec.hpp"
 
 namespace veriflex {
 
 /// The larger of two; not a number when one of them is not.
-inline double worse(double a, double b) { return std::isnan(a) || a >= b ? a : b; }
+inline double worse(double a, double b) {
+  if (planted(Mutant::nan_lost_by_maximum)) return std::fmax(a, b);
+  return std::isnan(a) || a >= b ? a : b;
+}
 
 /// The smaller of two; not a number when one of them is not.
 inline double lesser(double a, double b) { return std::isnan(a) || a <= b ? a : b; }
@@ -26,6 +30,8 @@ double smallest(const Eigen::DenseBase<Derived>& x) {
 }
 template <class Derived>
 double largest_magnitude(const Eigen::DenseBase<Derived>& x) {
+  if (planted(Mutant::nan_lost_in_arrays))
+    return x.size() == 0 ? 0.0 : x.derived().array().abs().template maxCoeff<Eigen::PropagateNumbers>();
   return x.size() == 0 ? 0.0 : x.derived().array().abs().template maxCoeff<Eigen::PropagateNaN>();
 }
 

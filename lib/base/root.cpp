@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 
 namespace veriflex {
 
@@ -35,7 +36,8 @@ double bracketed_root(const Function& f, double lo, double hi) {
       gsl_root_fsolver_alloc(gsl_root_fsolver_brent), &gsl_root_fsolver_free);
   gsl_function wrapped = wrap(f);
   int status = gsl_root_fsolver_set(solver.get(), &wrapped, lo, hi);
-  for (int i = 0; status == GSL_SUCCESS && i < max_iterations; ++i) {
+  for (int i = 0; status == GSL_SUCCESS && i < (planted(Mutant::root_stops_early) ? 3 : max_iterations);
+       ++i) {
     const double a = gsl_root_fsolver_x_lower(solver.get());
     const double b = gsl_root_fsolver_x_upper(solver.get());
     if (a == b || std::nextafter(a, b) == b) break;

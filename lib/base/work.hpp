@@ -5,6 +5,8 @@
 #include <atomic>
 #include <cstdint>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::work {
 
 /// Of this process so far, of all its threads.
@@ -68,7 +70,7 @@ inline void add_bonds(std::uint64_t count) {
   add(mine().bytes_moved, count * 96);
 }
 inline void add_angles(std::uint64_t count) {
-  add(mine().angle_evaluations, count);
+  add(mine().angle_evaluations, planted(Mutant::angles_not_counted) ? 0 : count);
   add(mine().bytes_moved, count * 144);
 }
 

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 
 namespace veriflex::bond {
 
@@ -59,7 +60,7 @@ double rest_length(const Law& law) {
                                        Law::name, law.stiffness(r), r),
                            FailureMode::Bond);
   }
-  return r;
+  return planted(Mutant::rest_length_rounded) ? std::round(1e4 * r) / 1e4 : r;
 }
 
 template <BondLaw Law>
@@ -191,7 +192,7 @@ Derivation derive_law(const Law& law) {
   d.rest_length = rest;
   d.stiffness = k0;
   d.force_per_strain = k0 * rest;
-  d.young_modulus = k0 / rest;
+  d.young_modulus = k0 / (planted(Mutant::young_modulus_without_spacing) ? 1.0 : rest);
   for (const Parameter<Law>& p : Law::parameters()) {
     if (p.name == "fene_k") d.stiffness_over_fene_k = k0 / law.*p.member;
   }
@@ -211,8 +212,10 @@ Derivation derive_law(const Law& law) {
   const Function tangent = [&](double r) { return law.stiffness(r) / k0; };
   const Function secant = [&](double r) { return r == rest ? 1.0 : law.tension(r) / (k0 * (r - rest)); };
   for (const double tolerance : tolerances) {
-    d.validity.push_back({tolerance, valid_strains(law, rest, tolerance, secant),
-                          valid_strains(law, rest, tolerance, tangent)});
+    d.validity.push_back(
+        {tolerance,
+         valid_strains(law, rest, tolerance, planted(Mutant::secant_range_of_tangent) ? tangent : secant),
+         valid_strains(law, rest, tolerance, tangent)});
   }
   d.smooth_radius = smooth_radius(law, rest);
   d.stiffness_by_differences = stiffness_by_differences(law, rest, d.smooth_radius);
@@ -240,8 +243,11 @@ Calibration calibrate(const AnyLaw& prototype, double young, double spacing, dou
   }
   const Derivation of_prototype = derive(prototype);
   const double length = spacing / of_prototype.rest_length;
-  const double energy = young / of_prototype.young_modulus * length * length * length;
-  const double angle_stiffness = spacing * spacing * spacing * young / (8.0 * (1.0 + poisson));
+  const double energy = young / of_prototype.young_modulus * length * length *
+                        (planted(Mutant::calibrated_energy_by_area) ? 1.0 : length);
+  const double angle_stiffness =
+      spacing * spacing * spacing * young /
+      ((planted(Mutant::angle_stiffness_of_full_shear) ? 4.0 : 8.0) * (1.0 + poisson));
   const auto fail_beyond_doubles = [&](std::string_view what, double value) {
     throw BadParameter(
         "spacing", fmt::format("'{}' would be {}", what, value),

@@ -12,6 +12,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "bond/bond_law.hpp"
 
 namespace veriflex::bond {
@@ -34,7 +35,10 @@ struct FeneLj {
                           &FeneLj::fene_k,
                           {1, -2},
                           "FENE coefficient; default 30 epsilon / sigma^2",
-                          [](const FeneLj& b) { return 30.0 * b.epsilon / (b.sigma * b.sigma); }},
+                          [](const FeneLj& b) {
+                            return 30.0 * b.epsilon /
+                                   (b.sigma * (planted(Mutant::fene_k_without_square) ? 1.0 : b.sigma));
+                          }},
         Parameter<FeneLj>{"r_max",
                           "R0",
                           &FeneLj::r_max,
@@ -52,20 +56,27 @@ struct FeneLj {
 
   double energy(double r) const {
     const double x = r / r_max;
-    const double fene = -0.5 * fene_k * r_max * r_max * std::log1p(-x * x);
-    return r < cutoff ? fene + lj_energy(r) - (std::isinf(cutoff) ? 0.0 : lj_energy(cutoff)) : fene;
+    const double fene =
+        -0.5 * fene_k * r_max * (planted(Mutant::fene_r_max_not_squared) ? 1.0 : r_max) * std::log1p(-x * x);
+    return r < cutoff
+               ? fene + lj_energy(r) -
+                     (std::isinf(cutoff) || planted(Mutant::lj_shift_dropped) ? 0.0 : lj_energy(cutoff))
+               : fene;
   }
   double tension(double r) const {
     const double x = r / r_max;
     const double fene = fene_k * r / ((1.0 - x) * (1.0 + x));
     const double s6 = sixth_power(sigma / r);
-    const double lj = 24.0 * epsilon / r * (2.0 * s6 * s6 - s6);
-    return r < cutoff ? fene - lj : fene;  // without a branch, so that loops become vector instructions
+    const double lj =
+        24.0 * epsilon / r * ((planted(Mutant::lj_repulsion_halved) ? 1.0 : 2.0) * s6 * s6 - s6);
+    return r < cutoff || planted(Mutant::lj_cutoff_dropped)
+               ? fene - lj
+               : fene;  // without a branch, so that loops become vector instructions
   }
   double stiffness(double r) const {
     const double x = r / r_max;
     const double gap = (1.0 - x) * (1.0 + x);
-    const double fene = fene_k * (1.0 + x * x) / (gap * gap);
+    const double fene = fene_k * (1.0 + x * x) / (gap * (planted(Mutant::fene_stiffness_gap) ? 1.0 : gap));
     if (r >= cutoff) return fene;
     const double s6 = sixth_power(sigma / r);
     return fene + 24.0 * epsilon / (r * r) * (26.0 * s6 * s6 - 7.0 * s6);

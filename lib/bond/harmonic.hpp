@@ -5,6 +5,7 @@
 /// Defined for every r > 0: nothing in it forbids a bond to collapse or to stretch without limit.
 #pragma once
 
+#include "base/mutant.hpp"
 #include "bond/bond_law.hpp"
 
 namespace veriflex::bond {
@@ -21,8 +22,13 @@ struct Harmonic {
     };
   }
 
-  double energy(double r) const { return 0.5 * bond_stiffness * (r - rest_length) * (r - rest_length); }
-  double tension(double r) const { return bond_stiffness * (r - rest_length); }
+  double energy(double r) const {
+    return (planted(Mutant::harmonic_energy_doubled) ? 1.0 : 0.5) * bond_stiffness * (r - rest_length) *
+           (r - rest_length);
+  }
+  double tension(double r) const {
+    return bond_stiffness * (r - (planted(Mutant::harmonic_rest_length_off) ? 1.001 : 1.0) * rest_length);
+  }
   double stiffness(double) const { return bond_stiffness; }
   Interval domain() const { return {0.0, infinity}; }
   double typical_length() const { return rest_length; }

@@ -10,6 +10,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/mutant.hpp"
 #include "bond/bond_law.hpp"
 
 namespace veriflex::bond {
@@ -37,7 +38,8 @@ struct ShiftedFene {
 
   double energy(double r) const {
     const double x = (r - rest_length) / extension;
-    return -0.5 * bond_stiffness * extension * extension * std::log1p(-x * x);
+    return -0.5 * bond_stiffness * extension * (planted(Mutant::shifted_fene_width) ? 1.0 : extension) *
+           std::log1p(-x * x);
   }
   double tension(double r) const {
     const double x = (r - rest_length) / extension;
@@ -48,7 +50,10 @@ struct ShiftedFene {
     const double gap = (1.0 - x) * (1.0 + x);
     return bond_stiffness * (1.0 + x * x) / (gap * gap);
   }
-  Interval domain() const { return {std::max(0.0, rest_length - extension), rest_length + extension}; }
+  Interval domain() const {
+    return {std::max(0.0, rest_length - extension),
+            planted(Mutant::shifted_fene_unbounded) ? infinity : rest_length + extension};
+  }
   double typical_length() const { return rest_length; }
   void check() const {
     require_positive("bond_stiffness", bond_stiffness);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdlib>
 
+#include "base/mutant.hpp"
 #include "base/named.hpp"
 #include "coupling/kernels.hpp"
 
@@ -42,7 +43,9 @@ double support(double x, std::array<double, 4>& weights) {
   static_assert(K::width <= 4);
   const double first =
       K::width % 2 == 0 ? std::floor(x) - (K::width / 2 - 1) : std::round(x) - (K::width - 1) / 2;
-  for (int i = 0; i < K::width; ++i) weights[static_cast<std::size_t>(i)] = K::phi(first + i - x);
+  for (int i = 0; i < K::width; ++i)
+    weights[static_cast<std::size_t>(i)] =
+        K::phi(first + i - x + (planted(Mutant::support_shifted) ? 0.01 : 0.0));
   return first;
 }
 

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::coupling {
 
 void SummedForces::clear() { shares_.clear(); }
@@ -22,7 +24,7 @@ void SummedForces::sum() {
   Eigen::Index row = -1;
   for (const Share& share : shares_) {
     if (!nodes_.empty() && nodes_.back() == share.node) {
-      force_.row(row) += share.force.transpose();
+      force_.row(row) += (planted(Mutant::shared_node_of_first_body) ? 0.0 : 1.0) * share.force.transpose();
     } else {
       nodes_.push_back(share.node);
       force_.row(++row) = share.force;

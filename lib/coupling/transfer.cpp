@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 
 namespace veriflex::coupling {
 
@@ -152,7 +153,7 @@ void Transfer::locate_with(const Positions& X) {
                 (Vec3(X.row(static_cast<Eigen::Index>(m))).array() -
                  Vec3(X.row(static_cast<Eigen::Index>(m))).array().floor() + 1.0)
                     .matrix();
-            if (from_marker.squaredNorm() >= 4.0) weight_[n] = 0.0;
+            if (from_marker.squaredNorm() >= (planted(Mutant::ball_not_cut) ? 100.0 : 4.0)) weight_[n] = 0.0;
           }
         }
       }
@@ -166,7 +167,8 @@ void Transfer::interpolate(const Positions& at_nodes, Positions& at_markers) con
   at_markers.resize(markers, 3);
   for (std::int64_t m = 0; m < markers; ++m) {
     double sum[3] = {0.0, 0.0, 0.0};
-    for (std::int64_t n = m * support; n < (m + 1) * support; ++n) {
+    for (std::int64_t n = m * support;
+         n < (m + 1) * support - (planted(Mutant::last_node_not_interpolated) ? 1 : 0); ++n) {
       const auto place = static_cast<Eigen::Index>(place_[static_cast<std::size_t>(n)]);
       const double weight = weight_[static_cast<std::size_t>(n)];
       for (int axis = 0; axis < 3; ++axis) sum[axis] += weight * at_nodes(place, axis);
@@ -182,7 +184,8 @@ void Transfer::spread(const Positions& at_markers, Positions& at_nodes) const {
     const double force[3] = {at_markers(m, 0), at_markers(m, 1), at_markers(m, 2)};
     for (std::int64_t n = m * support; n < (m + 1) * support; ++n) {
       const auto place = static_cast<Eigen::Index>(place_[static_cast<std::size_t>(n)]);
-      const double weight = weight_[static_cast<std::size_t>(n)];
+      const double weight = planted(Mutant::spread_evenly) ? 1.0 / static_cast<double>(support)
+                                                           : weight_[static_cast<std::size_t>(n)];
       for (int axis = 0; axis < 3; ++axis) at_nodes(place, axis) += weight * force[axis];
     }
   }
@@ -197,7 +200,7 @@ void add_further_rounds(const Transfer& transfer, const Positions& slip, double 
   if (forcing_iterations == 1) return;
   Positions missing = slip, given, answered;
   for (int round = 1; round < forcing_iterations; ++round) {
-    transfer.spread(marker_volume * missing, given);
+    transfer.spread((planted(Mutant::rounds_ignore_volume) ? 1.0 : marker_volume) * missing, given);
     transfer.interpolate(given, answered);
     missing -= answered;
     to += missing;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/memory.hpp"
+#include "base/mutant.hpp"
 #include "base/stop.hpp"
 #include "fluid/subnormals.hpp"
 
@@ -37,7 +38,7 @@ class Tiles {
     if (ends_.empty()) return {0, rows_};
     if (tile == 0) return {step, ends_[0] - step};
     if (tile == ends_.size()) return {rows_ - step, rows_ + step};
-    return {ends_[tile - 1] - step, ends_[tile] - step};
+    return {ends_[tile - 1] - step + (planted(Mutant::tile_edge_left_out) ? 1 : 0), ends_[tile] - step};
   }
 
  private:

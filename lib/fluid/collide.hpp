@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "base/mutant.hpp"
 #include "fluid/force_scheme.hpp"
 #include "fluid/lanes.hpp"
 #include "fluid/lattice.hpp"
@@ -38,17 +39,19 @@ struct Collision {
 /// `g`: body force per volume  [M L^-2 T^-2].
 template <ForceScheme Force, class Real>
 Collision<Real> collision(double relaxation_time, const double (&g)[3]) {
-  const Real omega = static_cast<Real>(1.0 / relaxation_time);
+  const Real omega =
+      static_cast<Real>(1.0 / ((planted(Mutant::tau_off_by_1e_4) ? 1.0001 : 1.0) * relaxation_time +
+                               (planted(Mutant::tau_off_by_half) ? 0.5 : 0.0)));
   Collision<Real> law{.k = Real(0.5) * (Real(1) - omega),
                       .omega_24 = omega / Real(24),
-                      .omega_72 = omega / Real(72),
+                      .omega_72 = omega / Real(planted(Mutant::diagonal_weight_doubled) ? 36 : 72),
                       .half_g = {},
                       .N_force = {},
                       .o_force = {}};
   const Real of_N = Force::of_N(omega) / Real(24);
   const Real beyond_N = Force::beyond_N(omega) / Real(24);
   for (int i = 0; i < 3; ++i) {
-    law.half_g[i] = Real(0.5) * static_cast<Real>(g[i]);
+    law.half_g[i] = Real(planted(Mutant::body_force_doubled) ? 1.0 : 0.5) * static_cast<Real>(g[i]);
     law.N_force[i] = of_N * static_cast<Real>(g[i]);
   }
   for (std::size_t pair = 0; pair < 4; ++pair) {
@@ -84,7 +87,7 @@ template <class Force, class Real, class V>
 
   V Jx = jx, Jy = jy, Jz = jz;  // rho u
   if constexpr (Force::shifts_velocity) {
-    Jx += law.half_g[0];
+    Jx += planted(Mutant::velocity_not_shifted) ? Real(0) : law.half_g[0];
     Jy += law.half_g[1];
     Jz += law.half_g[2];
   }
@@ -109,7 +112,8 @@ template <class Force, class Real, class V>
 
   const V xx = Ux * Nx, yy = Uy * Ny, zz = Uz * Nz;
   const V eight = all(Real(8));
-  const V base = multiply_add(all(Real(-1) / Real(3)), (xx + yy) + zz, law.omega_72 * density);
+  const V base = multiply_add(all(Real(planted(Mutant::collision_without_u_squared) ? 0 : -1) / Real(3)),
+                              (xx + yy) + zz, law.omega_72 * density);
   const V base8 = eight * base;
   const V e0 = multiply_add(k, s0, multiply_add(eight, xx, base8));
   const V e1 = multiply_add(k, s1, multiply_add(eight, yy, base8));

@@ -10,6 +10,7 @@
 
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/mutant.hpp"
 #include "fluid/links.hpp"
 #include "fluid/moment_fluid.hpp"
 #include "fluid/population_fluid.hpp"
@@ -22,7 +23,8 @@ std::array<bool, 3> closed(const Spec& spec) {
 
 double Inflow::risen(std::int64_t steps) const {
   const double t = static_cast<double>(steps);
-  return t < rise ? 0.5 - 0.5 * std::cos(std::numbers::pi * t / rise) : 1.0;
+  return t < rise && !planted(Mutant::inflow_at_once) ? 0.5 - 0.5 * std::cos(std::numbers::pi * t / rise)
+                                                      : 1.0;
 }
 
 Populations equilibrium(double rho, const Vec3& u) {
@@ -30,7 +32,8 @@ Populations equilibrium(double rho, const Vec3& u) {
   for (int q = 0; q < Q; ++q) {
     const double cu = along(q, u);
     h[static_cast<std::size_t>(q)] =
-        w(q) * ((rho - 1.0) + rho * (3.0 * cu + 4.5 * cu * cu - 1.5 * u.squaredNorm()));
+        w(q) * ((rho - 1.0) + rho * (3.0 * cu + (planted(Mutant::equilibrium_linear) ? 0.0 : 4.5) * cu * cu -
+                                     1.5 * u.squaredNorm()));
   }
   return h;
 }
@@ -58,7 +61,7 @@ Mat3 viscous_stress(const Populations& h, double relaxation_time) {
     const Vec3 v(c[q][0], c[q][1], c[q][2]);
     sum += (h[q] - rest[q]) * v * v.transpose();
   }
-  return -(1.0 - 0.5 / relaxation_time) * sum;
+  return -(1.0 - (planted(Mutant::stress_not_halved) ? 1.0 : 0.5) / relaxation_time) * sum;
 }
 
 State Fluid::state() const {

@@ -1,5 +1,7 @@
 #include "fluid/initial.hpp"
 
+#include "base/mutant.hpp"
+
 namespace veriflex::fluid {
 
 Populations near_equilibrium(double rho, const Vec3& u, const Mat3& gradient, double relaxation_time) {
@@ -8,7 +10,8 @@ Populations near_equilibrium(double rho, const Vec3& u, const Mat3& gradient, do
   for (std::size_t q = 0; q < Q; ++q) {
     const Vec3 v(c[q][0], c[q][1], c[q][2]);
     const double along = v.dot(gradient * v) - sound_speed_squared * divergence;
-    h[q] -= 3.0 * relaxation_time * rho * w(static_cast<int>(q)) * along;
+    h[q] -= (planted(Mutant::initial_stress_reversed) ? -3.0 : 3.0) * relaxation_time * rho *
+            w(static_cast<int>(q)) * along;
   }
   return h;
 }

@@ -2,10 +2,13 @@
 
 #include <algorithm>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::fluid {
 
 int crossed_wall(const Spec& spec, const std::array<std::int64_t, 3>& at, int q, int sign) {
-  for (std::size_t axis = 0; axis < 3; ++axis) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const std::size_t axis = planted(Mutant::corner_link_to_other_wall) ? 2 - i : i;
     const std::int64_t to = at[axis] + sign * velocity(q)[axis];
     if (spec.walls[axis] && (to < 0 || to >= spec.grid.size[axis])) return static_cast<int>(axis);
   }
@@ -34,7 +37,9 @@ double share_of(const Inflow& inflow, const Spec& spec, std::size_t axis,
   double share = 1.0;
   for (std::size_t other = 0; inflow.parabolic && other < 3; ++other) {
     if (other == axis || !spec.walls[other]) continue;
-    const double s = (static_cast<double>(at[other]) + 0.5) / static_cast<double>(spec.grid.size[other]);
+    const double s =
+        (static_cast<double>(at[other]) + (planted(Mutant::parabola_off_by_half_a_node) ? 0.0 : 0.5)) /
+        static_cast<double>(spec.grid.size[other]);
     share *= 4.0 * s * (1.0 - s);
   }
   return share;
@@ -54,7 +59,9 @@ void add_gains_of(const Spec& spec, std::int64_t node, std::vector<Gain>& gains)
                    : high            ? walls.high_velocity
                                      : walls.low_velocity;
     const double speed = along(opposite(q), u);
-    if (speed != 0.0) gains.push_back({node, opposite(q), 6.0 * w(q) * speed, inflow});
+    if (speed != 0.0)
+      gains.push_back(
+          {node, opposite(q), (planted(Mutant::wall_gain_halved) ? 3.0 : 6.0) * w(q) * speed, inflow});
   }
 }
 
@@ -114,7 +121,7 @@ std::vector<Outlet> outlets_of(const Spec& spec, const std::vector<bool>& is_obs
       const Outflow* const outflow = outflow_at(*spec.walls[a], velocity(q)[a] > 0);
       if (outflow == nullptr) continue;
       outlet.out |= 1U << q;
-      outlet.density = outflow->density;
+      outlet.density = planted(Mutant::outflow_density_ignored) ? 1.0 : outflow->density;
       auto inner = at;
       inner[a] -= velocity(q)[a];
       if (inner[a] < 0 || inner[a] >= spec.grid.size[a]) continue;
@@ -142,7 +149,8 @@ Populations returned_at(const Outlet& outlet, const Populations& here, const Pop
     const auto at = static_cast<std::size_t>(q);
     const double departs = 0.5 * (inside[at] + inside[static_cast<std::size_t>(opposite(q))]) -
                            even(q, 1.0 + density_deviation(inside), u_inside);
-    returned[at] = 2.0 * even(q, outlet.density, u) + (2.0 - 1.0 / relaxation_time) * departs;
+    returned[at] = 2.0 * even(q, outlet.density, u) +
+                   (planted(Mutant::outflow_without_shear) ? 0.0 : 2.0 - 1.0 / relaxation_time) * departs;
   }
   return returned;
 }
@@ -168,7 +176,7 @@ std::vector<CutLink> links_of(const Spec& spec, const std::vector<bool>& is_obst
   for (const std::int64_t node : spec.obstacle) {
     const auto at = spec.grid.node(node);
     for (int q = 1; q < Q; ++q) {
-      if (crossed_wall(spec, at, q) >= 0) continue;
+      if (crossed_wall(spec, at, q) >= 0 || (q == Q - 1 && planted(Mutant::obstacle_link_lost))) continue;
       const std::int64_t beyond = neighbour(spec.grid, at, q);
       if (is_obstacle[static_cast<std::size_t>(beyond)]) continue;
       const bool first_of_pair = q % 2 == 1;
@@ -207,7 +215,8 @@ Vec3 force_on_obstacle(const Fluid& fluid, std::span<const Shore> shores) {
     for (int q = 1; q < Q; ++q) {
       if ((shores[i].cut >> q & 1U) == 0) continue;
       const auto& v = c[static_cast<std::size_t>(q)];
-      force += 2.0 * h[i][static_cast<std::size_t>(opposite(q))] * Vec3(v[0], v[1], v[2]);
+      force += (planted(Mutant::obstacle_force_once) ? 1.0 : 2.0) *
+               h[i][static_cast<std::size_t>(opposite(q))] * Vec3(v[0], v[1], v[2]);
     }
   }
   return force;

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/memory.hpp"
+#include "base/mutant.hpp"
 #include "base/stop.hpp"
 #include "base/work.hpp"
 #include "fluid/links.hpp"
@@ -39,7 +40,9 @@ struct Push {
 };
 
 /// What a force g adds to the population that leaves its node along q.
-double kick(int q, const Vec3& g) { return 3.0 * w(q) * along(q, g); }
+double kick(int q, const Vec3& g) {
+  return (planted(Mutant::moment_push_halved) ? 1.5 : 3.0) * w(q) * along(q, g);
+}
 
 template <class Real>
 class MomentFluid final : public Fluid {
@@ -89,7 +92,7 @@ class MomentFluid final : public Fluid {
   void restore(const State& state) override {
     steps_ = state.steps;
     put([&](std::int64_t node) { return state.populations[static_cast<std::size_t>(node)]; });
-    if (!state.moments.empty()) {
+    if (!state.moments.empty() && !planted(Mutant::moments_not_restored)) {
       const std::int64_t count = spec_.grid.count();
 #pragma omp parallel for schedule(static)
       for (std::int64_t node = 0; node < count; ++node) {

@@ -14,6 +14,7 @@
 #include <cstddef>
 #include <type_traits>
 
+#include "base/mutant.hpp"
 #include "fluid/collide.hpp"
 #include "fluid/lanes.hpp"
 #include "fluid/lattice.hpp"
@@ -37,7 +38,8 @@ MomentForce<Real> moment_force(const double (&g)[3]) {
   constexpr double omega = 1.0;
   MomentForce<Real> force{};
   for (int i = 0; i < 3; ++i) {
-    force.on_J[i] = static_cast<Real>(Force::shifts_velocity ? 4.5 * g[i] : 0.0);
+    force.on_J[i] = static_cast<Real>(
+        Force::shifts_velocity && !planted(Mutant::moment_force_unshifted) ? 4.5 * g[i] : 0.0);
     force.on_N[i] = static_cast<Real>(9.0 * Force::of_N(omega) * g[i]);
     force.on_P[i] = static_cast<Real>(9.0 * Force::beyond_N(omega) * g[i]);
   }
@@ -63,7 +65,8 @@ template <class Force, class Real, class V>
       P[i] = P[i] + force.on_P[i];
     }
   }
-  const V r = Real(1) / multiply_add(all(Real(6)), D, all(Real(18)));
+  const V r =
+      Real(planted(Mutant::moments_without_squares) ? 0 : 1) / multiply_add(all(Real(6)), D, all(Real(18)));
   const V r3 = Real(3) * r, r24 = Real(8) * r3;
   V JN[3];
   for (int i = 0; i < 3; ++i) JN[i] = J[i] * N[i];

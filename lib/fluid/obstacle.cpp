@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::fluid {
 
 std::vector<std::int64_t> voxels(const Grid& grid, const Shape& shape, const std::array<bool, 3>& closed) {
@@ -14,8 +16,9 @@ std::vector<std::int64_t> voxels(const Grid& grid, const Shape& shape, const std
     if (cylinder != nullptr && axis == cylinder->axis) continue;
     for (std::int64_t at = 0; at < grid.size[axis]; ++at) {
       const double straight = static_cast<double>(at) - centre[static_cast<Eigen::Index>(axis)];
-      const double d =
-          closed[axis] ? straight : std::remainder(straight, static_cast<double>(grid.size[axis]));
+      const double d = closed[axis] || planted(Mutant::obstacle_without_images)
+                           ? straight
+                           : std::remainder(straight, static_cast<double>(grid.size[axis]));
       square[axis][static_cast<std::size_t>(at)] = d * d;
     }
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/memory.hpp"
+#include "base/mutant.hpp"
 #include "base/stop.hpp"
 #include "base/work.hpp"
 #include "fluid/blocking.hpp"
@@ -305,7 +306,7 @@ class PopulationFluid final : public Fluid {
       const auto at = spec_.grid.node(node);
       const Vec3 g = forces.force->row(i);
       for (int q = 1; q < Q; ++q) {
-        const double kick = 3.0 * w(q) * along(q, g);
+        const double kick = (planted(Mutant::node_force_halved) ? 1.5 : 3.0) * w(q) * along(q, g);
         const bool stays = !odd() || crossed_wall(spec_, at, q) >= 0;
         Real* const target = stays ? slot(opposite(q), node) : slot(q, neighbour(spec_.grid, at, q));
         *target += static_cast<Real>(kick);

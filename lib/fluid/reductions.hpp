@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "fluid/fluid.hpp"
 #include "fluid/threads.hpp"
@@ -47,7 +48,9 @@ Totals totals_of(const Grid& grid, std::int64_t steps, const Reader& reader, con
         const Moments here = row.at(static_cast<std::size_t>(x));
         sum.mass_deviation += here.density_deviation;
         sum.momentum += here.momentum;
-        sum.staggered_momentum += (x + y + z + steps) % 2 == 0 ? here.momentum : Vec3(-here.momentum);
+        sum.staggered_momentum += (x + y + z + (planted(Mutant::staggered_sum_still) ? 0 : steps)) % 2 == 0
+                                      ? here.momentum
+                                      : Vec3(-here.momentum);
       }
     }
   }
@@ -94,7 +97,7 @@ inline bool may_be_worse(const RowMoments& row, const Extremes& worst) {
                            ((jx[x] * jx[x] + jy[x] * jy[x]) + jz[x] * jz[x] <= slower * (rho * rho));
     better += is_better ? 1 : 0;
   }
-  return better < nx;
+  return better < nx - (planted(Mutant::lone_fast_node_overlooked) ? 1 : 0);
 }
 
 /// As above.

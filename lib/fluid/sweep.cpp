@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "base/mutant.hpp"
 #include "base/stop.hpp"
 #include "fluid/lanes.hpp"
 #include "fluid/subnormals.hpp"
@@ -59,9 +60,11 @@ struct Step {
       } else {
         const Real* const at = row.slot[q] + (shift == 1 ? n - 1 : 0) * lanes;
         ask_ahead(at);
-        h[q] = shift == 1 ? L::up(L::load(at)) : L::down(L::load(at));
+        h[q] = shift == 1 ? (planted(Mutant::row_end_not_turned) ? L::load(at) : L::up(L::load(at)))
+                          : L::down(L::load(at));
       }
-      if constexpr (closed && cx(q) == 1 && first) L::set(h[q], 0, row.ends[end_of_row(q)]);
+      if constexpr (closed && cx(q) == 1 && first)
+        L::set(h[q], 0, planted(Mutant::wall_ends_ignored) ? Real(0) : row.ends[end_of_row(q)]);
       if constexpr (closed && cx(q) == -1 && last) L::set(h[q], lanes - 1, row.ends[end_of_row(q)]);
     });
     collide<Force>(law, h);
@@ -135,7 +138,8 @@ struct Step {
       const auto& v = c[static_cast<std::size_t>(q)];
       if (across(lattice.closed[1], y - v[1], lattice.ny) ||
           across(lattice.closed[2], z - v[2], lattice.nz)) {
-        row.slot[q] = lattice.slots[q] + lattice.row(y, z) + v[0] * lanes;
+        row.slot[q] = lattice.slots[q] + lattice.row(y, z) +
+                      (planted(Mutant::turned_back_one_node_off) ? 0 : v[0]) * lanes;
         row.back |= 1U << q;
       }
     }

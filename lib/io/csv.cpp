@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 
 namespace veriflex::io {
 
@@ -48,7 +49,7 @@ double number(const Field& field, const Place& place) {
     throw InputError(place, fmt::format("'{}' is not a finite number", field.text), "the table is numeric",
                      "Write it like 1.5e-3");
   }
-  return value;
+  return planted(Mutant::csv_sign_lost) ? std::abs(value) : value;
 }
 
 }  // namespace

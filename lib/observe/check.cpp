@@ -6,6 +6,7 @@
 #include <string>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 
 namespace veriflex::observe {
 
@@ -30,7 +31,8 @@ fluid::Extremes check(const fluid::Fluid& fluid, const MonitorSpec& spec) {
                                        place(fluid, worst.min_density_node), worst.min_density),
                            FailureMode::Density);
   }
-  const double mach = worst.max_speed / std::sqrt(fluid::sound_speed_squared);
+  const double mach =
+      worst.max_speed / (planted(Mutant::mach_without_sound) ? 1.0 : std::sqrt(fluid::sound_speed_squared));
   if (mach > spec.mach_limit) {
     throw NumericalFailure(
         fmt::format("{}: the Mach number is {:.6g}, the limit is {:.6g} (monitor.mach_limit)",

@@ -1,5 +1,7 @@
 #include "observe/field.hpp"
 
+#include "base/mutant.hpp"
+
 namespace veriflex::observe {
 
 std::vector<Column> columns_of(const Fields& fields) {
@@ -31,12 +33,13 @@ Record at_nodes(const fluid::Fluid& fluid, std::span<const std::int64_t> nodes, 
     const double rho = 1.0 + fluid::density_deviation(h);
     if (fields.density) row.push_back(rho);
     if (fields.velocity) {
-      const Vec3 u = fluid::momentum(h) / rho;
+      const Vec3 u = fluid::momentum(h) / (planted(Mutant::momentum_as_velocity) ? 1.0 : rho);
       row.insert(row.end(), {u[0], u[1], u[2]});
     }
     if (fields.stress) {
       const Mat3 s = fluid::viscous_stress(h, fluid.spec().relaxation_time);
       row.insert(row.end(), {s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(0, 2), s(1, 2)});
+      if (planted(Mutant::stress_columns_swapped)) std::swap(row.end()[-2], row.end()[-1]);
     }
     record.append(row);
   }

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "observe/interrupted.hpp"
 #include "scene/contact.hpp"
@@ -13,7 +14,9 @@ namespace veriflex::observe {
 
 bool Due::at(std::int64_t step) const {
   if (!std::isfinite(interval)) return false;
-  const double count = std::round(static_cast<double>(step) / interval);
+  const double count = planted(Mutant::observer_rounds_down)
+                           ? std::floor(static_cast<double>(step) / interval)
+                           : std::round(static_cast<double>(step) / interval);
   return std::llround(count * interval) == step;
 }
 

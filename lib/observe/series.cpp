@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "fluid/links.hpp"
 
@@ -65,7 +66,8 @@ Series energies(const scene::Scene& scene) {
     std::vector<double> row;
     for_elastic(simulation, [&](const MovingBody& body) {
       const double kinetic = body.solid().kinetic_energy(), potential = body.solid().potential_energy();
-      row.insert(row.end(), {kinetic, potential, kinetic + potential});
+      row.insert(row.end(), {kinetic, potential,
+                             kinetic + (planted(Mutant::total_without_potential) ? 0.0 : potential)});
     });
     if (simulation.has_fluid()) row.push_back(kinetic_energy(simulation.fluid()));
     return row;
@@ -106,7 +108,7 @@ Series momentum(const scene::Scene& scene) {
         return;
       }
       Eigen::Map<Vec3> entered(balance->data() + 3);
-      entered += per_step;
+      entered += (planted(Mutant::walls_blamed_for_force) ? 0.0 : 1.0) * per_step;
       for (std::size_t i = 0; i < simulation.body_count(); ++i) entered -= exchanged(simulation.body(i));
     };
   }
@@ -176,7 +178,7 @@ Series forces(const scene::Scene& scene) {
       }
       if (!body.is_elastic() || !is_supported(body.solid().conditions())) continue;
       const Eigen::Map<const Vec3> before(moments->data() + 3 * i), now(before.data() + 3 * bodies);
-      Vec3 support = now - before - fluid;
+      Vec3 support = now - before - (planted(Mutant::support_with_fluid) ? 0.0 : 1.0) * fluid;
       if (body.solid().conditions().load.size() > 0)
         support -= body.solid().conditions().load.colwise().sum().transpose();
       add(row, support);
@@ -200,7 +202,8 @@ Vec3 angular_velocity(const MovingBody& body) {
   Vec3 momentum = Vec3::Zero();
   for (Eigen::Index i = 0; i < x.rows(); ++i) {
     const Vec3 r = x.row(i);
-    inertia += r.squaredNorm() * Mat3::Identity() - r * r.transpose();
+    inertia += r.squaredNorm() * Mat3::Identity() -
+               (planted(Mutant::inertia_of_points) ? -1.0 : 1.0) * r * r.transpose();
     momentum += r.cross(Vec3(v.row(i)));
   }
   return inertia.completeOrthogonalDecomposition().solve(momentum);
@@ -312,7 +315,8 @@ Series strains(const scene::Scene& scene) {
         extremes->insert(extremes->end(), {least, greatest});
       } else {
         (*extremes)[at] = lesser((*extremes)[at], least);
-        (*extremes)[at + 1] = worse((*extremes)[at + 1], greatest);
+        (*extremes)[at + 1] =
+            planted(Mutant::strain_of_last_step) ? greatest : worse((*extremes)[at + 1], greatest);
       }
       at += 2;
     });
@@ -340,7 +344,7 @@ Series slip(const scene::Scene& scene) {
       const MovingBody& body = simulation.body(i);
       if (!body.is_coupled()) continue;
       const Eigen::VectorXd squares = body.slip().rowwise().squaredNorm();
-      row.push_back(std::sqrt(squares.mean()));
+      row.push_back(planted(Mutant::slip_without_root) ? squares.mean() : std::sqrt(squares.mean()));
       row.push_back(std::sqrt(largest(squares)));
     }
     return row;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/mutant.hpp"
 #include "solid/dof_map.hpp"
 #include "solid/symmetric_eigenvalue.hpp"
 
@@ -124,7 +125,8 @@ double AlternatingGrowth::excess(double rho) const {
   const FunctionOfStiffness mobility(step_.stiffness(), stiffest_, [&](double stiffness) {
     const double theta = std::acos(1.0 - stiffness / (2.0 * m * n * n));
     const double b = theta > 0.0 ? std::sin(n * theta) / (n * std::sin(theta)) : 1.0;
-    return (rho + 1.0) / m * b / (rho * rho + 2.0 * rho * std::cos(n * theta) + 1.0);
+    return (rho + 1.0) / m * b /
+           (rho * rho + 2.0 * rho * std::cos((planted(Mutant::growth_of_one_substep) ? 1 : n) * theta) + 1.0);
   });
   const Eigen::Index markers = step_.exchange().rows();
   const auto each_axis = [&](const auto& matrix, const Vector& x) {

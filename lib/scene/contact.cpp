@@ -5,6 +5,8 @@
 #include <unordered_map>
 #include <vector>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::scene {
 
 namespace {
@@ -35,7 +37,8 @@ class Cells {
     Vec3 d = a - b;
     for (std::size_t axis = 0; axis < 3; ++axis) {
       double& along = d[static_cast<Eigen::Index>(axis)];
-      if (!closed_[axis]) along = std::remainder(along, static_cast<double>(grid_.size[axis]));
+      if (!closed_[axis] && !planted(Mutant::contact_across_edge_missed))
+        along = std::remainder(along, static_cast<double>(grid_.size[axis]));
     }
     return d.norm();
   }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "scene/simulated_step.hpp"
 
 namespace veriflex::scene {
@@ -180,7 +181,8 @@ ExactGrowth exact_growth(const Scene& scene, const GrowthSearch& search) {
     const std::vector<Eigenvalue> found =
         leading(step, state, search.eigenvalues, std::max(1, steps), dimensions);
     if (!found.empty()) {
-      const double factor = std::abs(found.front().value);
+      const double factor = planted(Mutant::growth_seen_too_small) ? std::sqrt(std::abs(found.front().value))
+                                                                   : std::abs(found.front().value);
       // A state of the least share, had it grown by more, would have come to be the larger.
       const double unseen = factor * std::pow(least_share, -1.0 / static_cast<double>(run));
       const double resolution = std::max(accurate, factor > 1.0 + accurate ? 0.0 : unseen - 1.0);

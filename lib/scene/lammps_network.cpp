@@ -6,6 +6,7 @@
 #include <map>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "solid/angle.hpp"
 
 namespace veriflex::scene {
@@ -86,7 +87,7 @@ solid::Network network_of(const io::LammpsData& data, const std::vector<std::int
           "Add the bond, or correct the order of the angle's atoms");
     }
     const bool away = network.bonds[static_cast<std::size_t>(found->second)].first == apex;
-    return {found->second, static_cast<std::int8_t>(away ? 1 : -1)};
+    return {found->second, static_cast<std::int8_t>(away || planted(Mutant::lammps_bond_reversed) ? 1 : -1)};
   };
   for (const io::LammpsAngle& angle : data.angles) {
     const Arm a = arm(angle, angle.atoms[0]);

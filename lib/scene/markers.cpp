@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 
 namespace veriflex::scene {
 
@@ -31,7 +32,9 @@ std::vector<std::int32_t> listed_nodes(const solid::Network& network, std::vecto
 
 Positions turned(const Positions& body, int axis) {
   Positions box(body.rows(), 3);
-  for (int i = 0; i < 3; ++i) box.col((i + axis + 1) % 3) = body.col(i);  // z, the last, goes to `axis`
+  for (int i = 0; i < 3; ++i)
+    box.col((i + axis + (planted(Mutant::axes_turned_wrong) ? 2 : 1)) % 3) =
+        body.col(i);  // z, the last, goes to `axis`
   return box;
 }
 

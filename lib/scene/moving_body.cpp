@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/work.hpp"
 #include "scene/markers.hpp"
 #include "solid/implicit_midpoint.hpp"
@@ -50,7 +51,9 @@ void MovingBody::put_markers() {
       motion_ ? Vec3(Vec3::Zero()) : body_.motion->displacement_at(static_cast<double>(steps_));
   for (int axis = 0; axis < 3; ++axis) {
     for (std::size_t i = 0; i < coupled_.size(); ++i) {
-      const double moved = motion_ ? motion_->displacement()(coupled_[i], axis) : shift[axis];
+      const double moved =
+          motion_ ? (planted(Mutant::markers_stay_behind) ? 0.0 : motion_->displacement()(coupled_[i], axis))
+                  : shift[axis];
       markers_(static_cast<Eigen::Index>(i), axis) =
           body_.place[axis] + body_.network.rest(coupled_[i], axis) + moved;
     }
@@ -69,7 +72,9 @@ void MovingBody::interpolate(const fluid::Fluid& fluid) {
     throw failure.at(fmt::format("step {}", fluid.steps() + 1));
   }
   if (prescribed_) {
-    prescribed_->exchange(fluid, body_.motion->velocity_at(static_cast<double>(steps_)));
+    prescribed_->exchange(
+        fluid, body_.motion->velocity_at(static_cast<double>(steps_) +
+                                         (planted(Mutant::prescribed_velocity_ahead) ? 0.5 : 0.0)));
     return;
   }
   fluid.velocities(transfer_->nodes(), at_nodes_);
@@ -89,7 +94,11 @@ void MovingBody::move() {
   if (prescribed_) {
     exchanged_ = prescribed_->force();
   } else if (transfer_) {
-    motion_->step({coupled_, wanted_, body_.coupling->marker_volume, body_.coupling->subcycled}, exchanged_);
+    motion_->step({coupled_, wanted_,
+                   (planted(Mutant::exchange_reversed) ? -1.0 : 1.0) *
+                       (planted(Mutant::marker_volume_ignored) ? 1.0 : body_.coupling->marker_volume),
+                   body_.coupling->subcycled},
+                  exchanged_);
   } else {
     motion_->step();
   }
@@ -97,7 +106,11 @@ void MovingBody::move() {
 }
 
 void MovingBody::spread() {
-  transfer().spread(-exchanged_, spread_);
+  transfer().spread((planted(Mutant::reaction_missing)   ? 0.0
+                     : planted(Mutant::reaction_doubled) ? -2.0
+                                                         : -1.0) *
+                        exchanged_,
+                    spread_);
   exchange_->takes(parts::array_bytes(markers_, at_nodes_, wanted_, slip_, exchanged_, spread_));
 }
 

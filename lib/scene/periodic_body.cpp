@@ -5,6 +5,8 @@
 #include <map>
 #include <utility>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::scene {
 
 void bond_across(solid::Network& network, int axis) {
@@ -27,7 +29,9 @@ void bond_across(solid::Network& network, int axis) {
     if (end.first < 0 || end.second < 0) continue;
     const auto [first, second] = std::minmax(end.first, end.second);
     Vec3 vector = Vec3::Zero();
-    vector[axis] = first == end.first ? -network.spacing : network.spacing;  // away from the body
+    vector[axis] = (first == end.first) != planted(Mutant::bonds_across_reversed)
+                       ? -network.spacing
+                       : network.spacing;  // away from the body
     network.bonds.push_back({first, second});
     vectors.push_back(vector);
   }

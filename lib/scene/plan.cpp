@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/mutant.hpp"
 #include "coupling/transfer.hpp"
 #include "scene/markers.hpp"
 
@@ -246,7 +247,9 @@ Exchange exchange_of(const Body& body, const fluid::Spec& fluid) {
   }
   const double per_node = body.motion ? 3.0 : 2.0, per_marker = 4.0;
   const auto nodes = static_cast<double>(transfer.nodes().size());
-  return {transfer.bytes() + 24.0 * (per_node * nodes + per_marker * static_cast<double>(markers.rows())),
+  return {transfer.bytes() +
+              24.0 * (per_node * nodes + (planted(Mutant::plan_of_fewer_bytes) ? 0.0 : per_marker) *
+                                             static_cast<double>(markers.rows())),
           nodes};
 }
 

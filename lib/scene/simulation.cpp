@@ -4,6 +4,7 @@
 #include <ctime>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "fluid/links.hpp"
 
 namespace veriflex::scene {
@@ -57,7 +58,7 @@ fluid::NodeForces UniformForce::at(std::int64_t step) {
 // What acts on single nodes in this step: reactions of bodies, and the uniform force.
 fluid::NodeForces Simulation::on_fluid() {
   if (!sum_) {
-    if (uniform_) return uniform_->at(steps_);
+    if (uniform_) return uniform_->at(steps_ + (planted(Mutant::uniform_force_ahead) ? 1 : 0));
     return coupled_.empty() ? fluid::NodeForces{} : coupled_.front()->reaction();
   }
   sum_->clear();
@@ -113,7 +114,8 @@ State Simulation::state() const {
 void Simulation::restore(const State& state) {
   steps_ = state.steps;
   if (fluid_) fluid_->restore(*state.fluid);
-  for (std::size_t i = 0; i < bodies_.size(); ++i) bodies_[i]->restore(state.bodies[i]);
+  for (std::size_t i = 0; i < bodies_.size() && !planted(Mutant::bodies_not_restored); ++i)
+    bodies_[i]->restore(state.bodies[i]);
 }
 
 Vec3 Simulation::momentum() const {

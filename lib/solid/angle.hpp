@@ -10,7 +10,9 @@
 #pragma once
 
 #include <cmath>
+#include <numbers>
 
+#include "base/mutant.hpp"
 #include "base/vec.hpp"
 
 namespace veriflex::solid {
@@ -43,7 +45,10 @@ inline AngleState angle_state(const Vec3& a, const Vec3& b, bool straight) {
   t.s2 = t.w.squaredNorm();
   t.c = a.dot(b);
   const double s = std::sqrt(t.s2);
-  t.deviation = straight ? -std::atan2(s, -t.c) : -std::atan2(t.c, s);
+  t.deviation = straight ? (planted(Mutant::straight_angle_by_acos)
+                                ? std::acos(t.c / (a.norm() * b.norm())) - std::numbers::pi
+                                : -std::atan2(s, -t.c))
+                         : -std::atan2(t.c, s);
   // atan(x)/x = 1 - x^2/3 + ... with x = s/-c below 1e-8 is 1 to the last bit.
   t.rho = straight && s <= -1e-8 * t.c ? 1.0 / t.c : t.deviation / s;
   return t;

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::solid {
 
 namespace {
@@ -69,7 +71,7 @@ inline double arc_tangent_over_x(double y) {
   static_assert(arc_tangent.size() == 2 * half + 1);
   const double even = horner<0>(y * y, std::make_index_sequence<half>{});
   const double odd = horner<1>(y * y, std::make_index_sequence<half - 1>{});
-  return even + y * odd;
+  return planted(Mutant::angle_taken_as_tangent) ? 1.0 : even + y * odd;
 }
 
 // a d - b c by Kahan's scheme, see angle.hpp.
@@ -166,7 +168,8 @@ void bend_all(const Arm& __restrict a, const Arm& __restrict b, double stiffness
       by_a.along[i] += one.along;
       by_b.along[i] += one.along;
     }
-    strayed[i] = one.tan2 <= near_rest ? strayed[i] : 1.0;
+    strayed[i] =
+        one.tan2 <= (planted(Mutant::strayed_angles_unnoticed) ? 1e300 : near_rest) ? strayed[i] : 1.0;
   }
 }
 

@@ -41,7 +41,7 @@ bool deform_bonds(const Interval& domain, const Bond* bonds, std::size_t count, 
       inside[i] = r < domain.hi ? above : 0.0;
     }
   }
-  return *std::min_element(inside, inside + block_size) == 1.0;
+  return planted(Mutant::domain_not_asked) || *std::min_element(inside, inside + block_size) == 1.0;
 }
 
 void hand_to_nodes(const Bond* bonds, std::size_t count, const double* g, std::size_t nodes,
@@ -68,11 +68,12 @@ void hand_to_nodes(const Bond* bonds, std::size_t count, const double* g, std::s
     } while (b < count && bonds[b].first == p);
     x[p] -= sum_x;
     y[p] -= sum_y;
-    z[p] -= sum_z;
+    z[p] -= planted(Mutant::bond_reaction_missing) ? 0.0 : sum_z;
   }
 }
 
 #define VERIFLEX_LAW(Law) template void bond_gradients(const bond::Law&, const double*, std::size_t, double*);
+#include "base/mutant.hpp"
 #include "bond/each_law.inc"
 #undef VERIFLEX_LAW
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 
 namespace veriflex::solid {
@@ -95,7 +96,8 @@ void factorize_stable(Cholesky& factor, const Sparse& h, int newton_step) {
   // A small pivot by itself is no proof of a zero mode (long chains have them), so the count decides.
   const bool suspicious =
       factor.info() != Eigen::Success || !(smallest(factor.vectorD()) > 100.0 * zero_mode * norm);
-  if (suspicious && (!(norm > 0.0) || eigenvalues_below(h, zero_mode * norm) > 0))
+  if (suspicious && !planted(Mutant::mechanisms_accepted) &&
+      (!(norm > 0.0) || eigenvalues_below(h, zero_mode * norm) > 0))
     fail_as_singular(h, newton_step);
 }
 

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <vector>
 
+#include "base/mutant.hpp"
 #include "base/work.hpp"
 #include "bond/laws.hpp"
 #include "solid/angle.hpp"
@@ -37,8 +38,10 @@ template <class Use>
 auto visit(const Material& material, Use use) {
   return std::visit(
       [&](const auto& law) {
-        return material.has_angles() ? use(law, HarmonicAngle{material.angle_stiffness})
-                                     : use(law, NoAngle{});
+        return material.has_angles()
+                   ? use(law, HarmonicAngle{(planted(Mutant::angle_stiffness_doubled) ? 2.0 : 1.0) *
+                                            material.angle_stiffness})
+                   : use(law, NoAngle{});
       },
       material.law);
 }
@@ -89,7 +92,9 @@ template <bond::BondLaw Law, class AngleTerm>
   if constexpr (!std::is_same_v<AngleTerm, NoAngle>) {
     work::add_angles(network.angles.size());
     if (work.stars.angle_count != network.angles.size()) work.stars = arrange(network.angles, bonds);
-    defined = add_angle_gradients(work.stars, work.d.data(), bonds, angle.stiffness, work.g.data());
+    defined = add_angle_gradients(work.stars, work.d.data(), bonds,
+                                  (planted(Mutant::angle_force_off) ? 1.001 : 1.0) * angle.stiffness,
+                                  work.g.data());
   }
   by_node.setZero(network.node_count(), 3);
   hand_to_nodes(network.bonds.data(), bonds, work.g.data(), static_cast<std::size_t>(by_node.rows()),
@@ -121,7 +126,7 @@ std::vector<Eigen::Triplet<double>> hessian(const Law& law, const AngleTerm& ang
   for (Eigen::Index b = 0; b < work.d.rows(); ++b) {
     const Vec3 d = work.d.row(b);
     const double r = d.norm();
-    const double across = law.tension(r) / r;
+    const double across = (planted(Mutant::hessian_without_tension) ? 0.0 : 1.0) * law.tension(r) / r;
     add(static_cast<std::int32_t>(b), static_cast<std::int32_t>(b),
         (law.stiffness(r) - across) / (r * r) * d * d.transpose() + across * Mat3::Identity());
   }
@@ -130,7 +135,8 @@ std::vector<Eigen::Triplet<double>> hessian(const Law& law, const AngleTerm& ang
       const Vec3 a = t.sign_a * work.d.row(t.bond_a).transpose();
       const Vec3 b = t.sign_b * work.d.row(t.bond_b).transpose();
       const AngleHessian h = angle_hessian(angle_state(a, b, t.straight), a, b);
-      const double mixed = angle.stiffness * t.sign_a * t.sign_b;
+      const double mixed =
+          (planted(Mutant::angle_hessian_unmixed) ? 0.0 : 1.0) * angle.stiffness * t.sign_a * t.sign_b;
       add(t.bond_a, t.bond_a, angle.stiffness * h.aa);
       add(t.bond_b, t.bond_b, angle.stiffness * h.bb);
       add(t.bond_a, t.bond_b, mixed * h.ab);

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/stop.hpp"
 #include "solid/relax.hpp"
 
@@ -23,7 +24,9 @@ bool ImplicitMidpoint::evaluate(const Positions& u) {
 }
 
 Inertia ImplicitMidpoint::inertia() const {
-  const double mass = 4.0 * conditions_.node_mass / (dt_ * dt_), drag = 2.0 * conditions_.drag / dt_;
+  const double mass =
+      (planted(Mutant::midpoint_inertia_halved) ? 2.0 : 4.0) * conditions_.node_mass / (dt_ * dt_);
+  const double drag = 2.0 * conditions_.drag / dt_;
   return {Eigen::VectorXd::Constant(u_.rows(), mass + drag), u_ + 0.5 * dt_ * mass / (mass + drag) * v_};
 }
 

@@ -6,12 +6,13 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "solid/inadmissible.hpp"
 
 namespace veriflex::solid {
 
 double Drive::at(double time) const {
-  const double risen = ramp > 0.0 ? std::min(1.0, time / ramp) : 1.0;
+  const double risen = ramp > 0.0 && !planted(Mutant::drive_ramp_ignored) ? std::min(1.0, time / ramp) : 1.0;
   return risen * amplitude * std::sin(omega * time);
 }
 
@@ -47,7 +48,9 @@ double Integrator::kinetic_energy() const { return 0.5 * conditions_.node_mass *
 double Integrator::potential_energy() const {
   const double elastic = visit(
       material_, [&](const auto& law, const auto& angle) { return energy(law, angle, network_, work_); });
-  return conditions_.load.size() > 0 ? elastic - conditions_.load.cwiseProduct(u_).sum() : elastic;
+  return conditions_.load.size() > 0 ? elastic - (planted(Mutant::load_raises_energy) ? -1.0 : 1.0) *
+                                                     conditions_.load.cwiseProduct(u_).sum()
+                                     : elastic;
 }
 
 Vec3 Integrator::momentum() const { return conditions_.node_mass * v_.colwise().sum().transpose(); }

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "base/stop.hpp"
 #include "solid/inadmissible.hpp"
@@ -29,7 +30,8 @@ Leapfrog::Leapfrog(const Material& material, const Network& network, Conditions 
   // Back to half a sub-step before the start, so that velocity() is v.
   last_substep_ = dt_ / count_;
   const double half_drag = 0.5 * conditions_.drag * last_substep_ / conditions_.node_mass;
-  const double half_kick = 0.5 * last_substep_ / conditions_.node_mass;
+  const double half_kick =
+      (planted(Mutant::start_not_shifted) ? 0.0 : 0.5) * last_substep_ / conditions_.node_mass;
   if (conditions_.load.size() > 0) {
     v_ = v_ * (1.0 + half_drag) - half_kick * (conditions_.load - gradient_);
   } else {
@@ -81,7 +83,9 @@ void Leapfrog::prescribe(double time, double substep) {
   if (conditions_.fixed.size() > 0) v_ = conditions_.fixed.select(0.0, v_);
   if (const auto& drive = conditions_.drive) {
     for (const std::int32_t node : drive->nodes) {
-      v_(node, drive->axis) = (drive->at(time) - u_(node, drive->axis)) / substep;
+      v_(node, drive->axis) =
+          (drive->at(planted(Mutant::drive_a_substep_late) ? time - substep : time) - u_(node, drive->axis)) /
+          substep;
     }
   }
 }
@@ -101,11 +105,12 @@ bool Leapfrog::moved_too_far() const {
 /// u_ is the displacement at their end, or at that of the last good one.
 template <class Extra>
 Leapfrog::Substepped Leapfrog::make_substeps(int count, Extra extra_kick) {
-  const double h = dt_ / count;
+  const double h = (planted(Mutant::substep_short) ? 0.99 : 1.0) * dt_ / count;
   for (int i = 1; i <= count; ++i) {
     // From the middle of the sub-step before to the middle of this one.
-    const double kick = 0.5 * (last_substep_ + h) / conditions_.node_mass;
-    const double half_drag = 0.5 * conditions_.drag * kick;
+    const double kick =
+        (planted(Mutant::node_mass_halved) ? 1.0 : 0.5) * (last_substep_ + h) / conditions_.node_mass;
+    const double half_drag = (planted(Mutant::drag_doubled) ? 1.0 : 0.5) * conditions_.drag * kick;
     if (half_drag > 0.0) v_ *= (1.0 - half_drag) / (1.0 + half_drag);
     extra_kick(i, kick / (1.0 + half_drag));
     v_ -= kick / (1.0 + half_drag) * gradient_;
@@ -114,7 +119,8 @@ Leapfrog::Substepped Leapfrog::make_substeps(int count, Extra extra_kick) {
     next_ = u_ + h * v_;
     if (wanted_.most > 0) bonds_before_ = work_.d;
     if (!evaluate(next_)) return Substepped::Outside;
-    if (wanted_.most > 0 && moved_too_far()) return Substepped::TooFar;
+    if (wanted_.most > 0 && !planted(Mutant::refused_steps_kept) && moved_too_far())
+      return Substepped::TooFar;
     std::swap(u_, next_);
     last_substep_ = h;
   }
@@ -179,27 +185,31 @@ void Leapfrog::step(const VelocityCoupling& coupling, Positions& mean) {
     for (int axis = 0; axis < 3; ++axis) {
       for (Eigen::Index i = 0; i < count; ++i) {
         const std::int32_t node = coupling.nodes[static_cast<std::size_t>(i)];
-        force(i, axis) = coupling.strength * (coupling.target(i, axis) - v_(node, axis));
+        const double v =
+            v_(node, axis) - (planted(Mutant::coupling_velocity_on_step)
+                                  ? 0.5 * last_substep_ / conditions_.node_mass * gradient_(node, axis)
+                                  : 0.0);
+        force(i, axis) = coupling.strength * (coupling.target(i, axis) - v);
       }
     }
   };
   Positions force(count, 3);
   const int substeps = advance([&](int i, double kick) {
-    if (i == 1) mean.setZero(count, 3);
-    if (i == 1 || coupling.subcycled) evaluate_coupling(force);
+    if (i == 1 || planted(Mutant::force_of_last_substep)) mean.setZero(count, 3);
+    if (i == 1 || coupling.subcycled || planted(Mutant::frozen_force_follows)) evaluate_coupling(force);
     mean += force;
     for (int axis = 0; axis < 3; ++axis) {
       for (Eigen::Index k = 0; k < count; ++k)
         v_(coupling.nodes[static_cast<std::size_t>(k)], axis) += kick * force(k, axis);
     }
   });
-  mean /= substeps;
+  mean /= planted(Mutant::force_not_averaged) ? 1 : substeps;
 }
 
 Positions Leapfrog::velocity() const {
   const double kick = 0.5 * last_substep_ / conditions_.node_mass;
   Positions v = v_ - kick * gradient_;
-  if (conditions_.load.size() > 0) v += kick * conditions_.load;
+  if (conditions_.load.size() > 0 && !planted(Mutant::velocity_without_load)) v += kick * conditions_.load;
   if (conditions_.drag > 0.0) v /= 1.0 + kick * conditions_.drag;
   if (conditions_.fixed.size() > 0) v = conditions_.fixed.select(0.0, v);
   return v;

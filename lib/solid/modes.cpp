@@ -8,6 +8,7 @@
 
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "solid/dof_map.hpp"
 #include "solid/inadmissible.hpp"
@@ -24,7 +25,9 @@ constexpr double tolerance = 1e-11;
 constexpr Eigen::Index dense_size = 200;
 
 double frequency(double eigenvalue, double node_mass) {
-  return std::copysign(std::sqrt(std::abs(eigenvalue) / node_mass), eigenvalue);
+  return std::copysign(
+      std::sqrt(std::abs(eigenvalue) / (planted(Mutant::frequency_without_mass) ? 1.0 : node_mass)),
+      eigenvalue);
 }
 
 /// Assembly holds every entry twice, once per contribution and once kept.
@@ -64,7 +67,9 @@ double largest_frequency(const Material& material, const Network& network, const
   if (h.rows() == 0) return 0.0;
   if (h.rows() <= dense_size) {
     const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> all(Eigen::MatrixXd(h), Eigen::EigenvaluesOnly);
-    return frequency(largest(all.eigenvalues()), node_mass);
+    return frequency(
+        planted(Mutant::smallest_frequency) ? smallest(all.eigenvalues()) : largest(all.eigenvalues()),
+        node_mass);
   }
   if (infinity_norm(h) == 0.0) return 0.0;
   const auto product = [&](const Eigen::VectorXd& x) -> Eigen::VectorXd {

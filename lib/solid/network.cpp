@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/mutant.hpp"
 #include "base/stop.hpp"
 
 namespace veriflex::solid {
@@ -110,7 +111,8 @@ Network cubic_lattice(const Block& block) {
 
 Network rod_lattice(const Rod& rod) {
   const auto reach = static_cast<std::int32_t>(std::floor(rod.radius));
-  const auto sections = static_cast<std::int32_t>(rod.sections);
+  const auto sections =
+      static_cast<std::int32_t>(rod.sections) - (planted(Mutant::rod_one_section_short) ? 1 : 0);
   LatticeBuilder builder({2 * reach + 1, 2 * reach + 1, sections}, rod.spacing);
   for (std::int32_t z = 0; z < sections; ++z) {
     stop_if_asked("layer of the body", z);
@@ -148,7 +150,8 @@ Network spheroid_lattice(const Spheroid& spheroid) {
   const double a2 = spheroid.radius * spheroid.radius;
   const double c2 = spheroid.half_length * spheroid.half_length;
   return lattice_around_origin({across, across, along}, spheroid.spacing, [&](double x, double y, double z) {
-    return c2 * (x * x + y * y) + a2 * z * z <= a2 * c2;  // no division: the poles are inside exactly
+    return c2 * (x * x + y * y) + a2 * z * z <= (planted(Mutant::spheroid_without_poles) ? 0.999 : 1.0) * a2 *
+                                                    c2;  // no division: the poles are inside exactly
   });
 }
 
@@ -183,7 +186,8 @@ void add_angles(Network& network) {
         const double along = ends[p].sign * ends[q].sign *
                              network.vectors.row(ends[p].bond).dot(network.vectors.row(ends[q].bond));
         network.angles.push_back({ends[p].bond, ends[q].bond, ends[p].sign, ends[q].sign,
-                                  along < -0.5 * network.spacing * network.spacing});
+                                  (along < -0.5 * network.spacing * network.spacing) !=
+                                      planted(Mutant::straight_and_right_swapped)});
       }
     }
   }
@@ -193,7 +197,8 @@ std::vector<std::int32_t> boundary_nodes(const Network& network) {
   std::vector<std::int32_t> boundary;
   const std::vector<std::vector<End>> ends = ends_by_node(network);
   for (std::size_t i = 0; i < ends.size(); ++i) {
-    if (ends[i].size() < 6) boundary.push_back(static_cast<std::int32_t>(i));
+    if (ends[i].size() < (planted(Mutant::boundary_of_edges_only) ? 5 : 6))
+      boundary.push_back(static_cast<std::int32_t>(i));
   }
   return boundary;
 }

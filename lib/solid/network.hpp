@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "base/mutant.hpp"
 #include "base/parts.hpp"
 #include "base/vec.hpp"
 #include "solid/angle_kernel.hpp"
@@ -48,7 +49,11 @@ struct Block {
   std::int64_t node_count() const;  // saturates at the largest integer
   std::int64_t bond_count() const;
   double length() const { return static_cast<double>(nodes[2] - 1) * spacing; }
-  double section() const { return static_cast<double>(nodes[0] * nodes[1]) * spacing * spacing; }
+  double section() const {
+    return static_cast<double>((nodes[0] - (planted(Mutant::section_between_nodes) ? 1 : 0)) *
+                               (nodes[1] - (planted(Mutant::section_between_nodes) ? 1 : 0))) *
+           spacing * spacing;
+  }
 };
 
 /// A rod of circular section along z: the lattice nodes with x^2 + y^2 <= (radius spacing)^2, axis on a node.

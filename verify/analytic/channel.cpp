@@ -3,6 +3,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::analytic {
 
 using std::numbers::pi;
@@ -11,13 +13,13 @@ double plane_poiseuille(double y, double height) { return 0.5 * y * (height - y)
 
 double half_way_slip(double relaxation_time) {
   const double s = relaxation_time - 0.5;
-  return (16.0 * s * s - 3.0) / (8.0 * s);
+  return (16.0 * s * s - (planted(Mutant::slip_reference_off) ? 2.0 : 3.0)) / (8.0 * s);
 }
 
 double square_duct(double y, double z, double width) {
   double sum = 0.0;
   const double to_wall = std::min(z, width - z) / width;
-  for (int n = 1;; n += 2) {
+  for (int n = 1;; n += planted(Mutant::duct_series_thinned) ? 4 : 2) {
     // cosh(n pi (z - width/2)/width)/cosh(n pi/2) without overflow.
     const double decay =
         (std::exp(-n * pi * to_wall) + std::exp(-n * pi * (1.0 - to_wall))) / (1.0 + std::exp(-n * pi));
@@ -29,7 +31,7 @@ double square_duct(double y, double z, double width) {
 }
 
 std::complex<double> oscillating_poiseuille(double y, double height, double omega, double viscosity) {
-  const std::complex<double> i_omega(0.0, omega);
+  const std::complex<double> i_omega(0.0, planted(Mutant::womersley_real) ? -omega : omega);
   const std::complex<double> k = std::sqrt(i_omega / viscosity);
   return (1.0 - std::cosh(k * (y - 0.5 * height)) / std::cosh(0.5 * k * height)) / i_omega;
 }

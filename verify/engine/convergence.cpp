@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "base/interval.hpp"
+#include "base/mutant.hpp"
 #include "base/root.hpp"
 
 namespace veriflex::engine {
@@ -28,7 +29,8 @@ double order_of_three(const double* h, const double* f) {
 // f - f_0 of the finest grid.
 double beyond_limit(const std::vector<double>& spacing, const std::vector<double>& value, double order) {
   const std::size_t last = value.size() - 1;
-  const double ratio = std::pow(spacing[last - 1] / spacing[last], order);
+  const double ratio =
+      std::pow(spacing[last - 1] / spacing[last], planted(Mutant::richardson_of_first_order) ? 1.0 : order);
   return (value[last - 1] - value[last]) / (ratio - 1.0);
 }
 
@@ -38,8 +40,11 @@ std::vector<double> orders(const std::vector<double>& spacing, const std::vector
   std::vector<double> order;
   for (std::size_t i = 1; i < error.size(); ++i) {
     const bool known = error[i] > 0.0 && error[i - 1] > 0.0;
-    order.push_back(known ? std::log(error[i - 1] / error[i]) / std::log(spacing[i - 1] / spacing[i])
-                          : not_a_number);
+    order.push_back(known
+                        ? std::log(error[i - 1] / error[i]) / std::log(planted(Mutant::order_of_swapped_grids)
+                                                                           ? spacing[i] / spacing[i - 1]
+                                                                           : spacing[i - 1] / spacing[i])
+                        : not_a_number);
   }
   return order;
 }
@@ -51,7 +56,7 @@ Convergence converge(const std::vector<double>& spacing, const std::vector<doubl
   }
   const double rest = beyond_limit(spacing, value, found.order.back());
   found.richardson = value.back() - rest;
-  found.gci = 1.25 * std::abs(rest);
+  found.gci = (planted(Mutant::gci_without_safety) ? 1.0 : 1.25) * std::abs(rest);
   return found;
 }
 

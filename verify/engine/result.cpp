@@ -14,6 +14,7 @@
 #include <new>
 #include <system_error>
 
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "base/stop.hpp"
 #include "io/document.hpp"
@@ -170,7 +171,9 @@ void write_observations(io::Hdf5Image& file, const observe::Observations& seen) 
   Table metrics(file, "/metrics");
   metrics.column("name", seen.metrics, [](const observe::Metric& m) { return m.name; });
   metrics.column("value", seen.metrics, [](const observe::Metric& m) { return m.value; });
-  metrics.column("dimension", seen.metrics, [](const observe::Metric& m) { return m.dimension; });
+  metrics.column("dimension", seen.metrics, [](const observe::Metric& m) {
+    return planted(Mutant::dimension_lost) ? std::string("1") : m.dimension;
+  });
   metrics.column("meaning", seen.metrics, [](const observe::Metric& m) { return m.meaning; });
 }
 
@@ -259,7 +262,11 @@ const std::string& program() {
   static const std::string name = [] {
     const std::string revision = build::revision;
     const bool says_all = revision.find_first_not_of("0123456789abcdef") == std::string::npos;
-    return says_all ? revision : revision + ' ' + io::sha256(io::read_file("/proc/self/exe"));
+    std::string is = says_all ? revision : revision + ' ' + io::sha256(io::read_file("/proc/self/exe"));
+    for (const Named<Mutant>& mutant : mutants) {
+      if (planted(mutant.value)) is += fmt::format(" with {}", mutant.name);
+    }
+    return is;
   }();
   return name;
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/mutant.hpp"
 #include "engine/read_scene.hpp"
 
 namespace veriflex::engine {
@@ -62,7 +63,9 @@ void add_flow(const Told& told, double viscosity, Collected& to) {
              fmt::format("a spacing {:.2g} times finer at the same Mach number",
                          grid_reynolds / good_grid_reynolds));
   }
-  if (told.length) to.add("reynolds", "Re", speed * *told.length / viscosity);
+  if (told.length)
+    to.add("reynolds", "Re",
+           (planted(Mutant::reynolds_of_radius) ? 0.5 : 1.0) * speed * *told.length / viscosity);
 }
 
 void add_body(const Told& told, const Told::Body& body, Collected& to) {
@@ -87,7 +90,8 @@ void add_body(const Told& told, const Told::Body& body, Collected& to) {
 
 double Units::factor(int mass, int length, int time) const {
   const double unit_mass = density * spacing * spacing * spacing;
-  return std::pow(unit_mass, mass) * std::pow(spacing, length) * std::pow(time_step, time);
+  return std::pow(unit_mass, mass) * std::pow(spacing, length) *
+         std::pow(time_step, planted(Mutant::unit_of_time_inverted) ? -time : time);
 }
 
 std::optional<CaseUnits> read_units(const io::Table& top) {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 
 namespace veriflex::engine {
@@ -40,7 +41,9 @@ double max_curve_error(const Curve& curve, double floor, const Reference& refere
     }
     const double measured = y->values[static_cast<std::size_t>(at - x->values.begin())];
     const double scale = std::max(std::abs(y_wanted[i]), floor);
-    largest = worse(largest, relative_to(measured - y_wanted[i], scale));
+    largest = planted(Mutant::curve_loses_nan)
+                  ? std::fmax(largest, relative_to(measured - y_wanted[i], scale))
+                  : worse(largest, relative_to(measured - y_wanted[i], scale));
   }
   return largest;
 }
@@ -82,7 +85,7 @@ std::string to_string(Verdict verdict) {
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen) {
   Outcome outcome{};
   outcome.measure = check.measure;
-  outcome.measured = measure(check, c, seen);
+  outcome.measured = planted(Mutant::target_taken_as_measured) ? check.target : measure(check, c, seen);
   // Only a baseline says that a number is infinite.
   if (std::isnan(outcome.measured) || (std::isinf(outcome.measured) && !std::isinf(check.target))) {
     throw NumericalFailure(fmt::format("'{}' was measured as {}", check.measure, outcome.measured));
@@ -93,13 +96,16 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
     if (check.uncertainty->gci) outcome.uncertainty->numerical = metric(*check.uncertainty->gci, seen);
     outcome.tolerance = outcome.uncertainty->combined();
   } else {
-    const bool of_target = check.tolerance.relative && !check.curve;
+    const bool of_target =
+        (check.tolerance.relative || planted(Mutant::tolerance_always_relative)) && !check.curve;
     outcome.tolerance = check.tolerance.value * (of_target ? std::abs(check.target) : 1.0);
   }
   outcome.outside = check.outside;
-  outcome.error = outcome.measured == outcome.target ? 0.0 : std::abs(outcome.measured - outcome.target);
+  outcome.error = outcome.measured == outcome.target ? 0.0
+                  : planted(Mutant::error_with_sign) ? std::max(0.0, outcome.measured - outcome.target)
+                                                     : std::abs(outcome.measured - outcome.target);
   const double margin = outcome.error / outcome.tolerance;
-  outcome.margin = check.outside ? 1.0 / margin : margin;
+  outcome.margin = check.outside && !planted(Mutant::outside_taken_as_within) ? 1.0 / margin : margin;
   const bool holds = outcome.margin <= 1.0;
   if (!check.refuted) {
     outcome.verdict = holds ? Verdict::pass : Verdict::fail;
@@ -107,15 +113,17 @@ Outcome judge(const Check& check, const Case& c, const observe::Observations& se
     // A refutation is as much a result as any other: it must stay what it was.
     const double departure = std::abs(outcome.measured - check.refuted->value);
     const bool as_recorded = departure <= check.refuted->relative * std::abs(check.refuted->value);
-    outcome.verdict = !holds && as_recorded ? Verdict::finding : Verdict::fail;
+    outcome.verdict =
+        !holds && (as_recorded || planted(Mutant::refutation_unchecked)) ? Verdict::finding : Verdict::fail;
   }
   return outcome;
 }
 
 Verdict overall(const std::vector<Outcome>& outcomes) {
   if (outcomes.empty()) return Verdict::measured;
-  const bool failed = std::any_of(outcomes.begin(), outcomes.end(),
-                                  [](const Outcome& o) { return o.verdict == Verdict::fail; });
+  const bool failed =
+      std::any_of(planted(Mutant::verdict_of_last_check) ? outcomes.end() - 1 : outcomes.begin(),
+                  outcomes.end(), [](const Outcome& o) { return o.verdict == Verdict::fail; });
   return failed ? Verdict::fail : Verdict::pass;
 }
 

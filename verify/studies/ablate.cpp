@@ -8,6 +8,7 @@
 #include <limits>
 #include <map>
 
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "studies/table.hpp"
 
@@ -87,7 +88,8 @@ double moved(const Row& of_case, const Row& variant) {
   for (const observe::Metric& metric : of_case.seen.metrics) {
     const observe::Metric* other = variant.seen.metric(metric.name);
     if (other == nullptr || (std::isnan(metric.value) && std::isnan(other->value))) continue;
-    most = worse(most, relative_to(other->value - metric.value, scale[kind_of(metric)]));
+    most = worse(planted(Mutant::ablation_sees_last_metric) ? 0.0 : most,
+                 relative_to(other->value - metric.value, scale[kind_of(metric)]));
   }
   return most;
 }

@@ -12,6 +12,7 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "studies/grid.hpp"
 
@@ -35,7 +36,7 @@ struct Family {
 
 // What a power law can be in: of a relaxation time the part that is viscosity.
 double variable(const std::string& axis, double value) {
-  return axis.ends_with("relaxation_time") ? value - 0.5 : value;
+  return axis.ends_with("relaxation_time") && !planted(Mutant::advice_by_tau) ? value - 0.5 : value;
 }
 double value_of(const std::string& axis, double variable) {
   return axis.ends_with("relaxation_time") ? variable + 0.5 : variable;

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "studies/grid.hpp"
 #include "studies/table.hpp"
@@ -30,7 +31,9 @@ struct Criterion {
   std::string outcome(const Row& row) const {
     if (row.outcome != "completed" || metric.empty()) return row.outcome;
     const observe::Metric* measured = row.seen.metric(metric);
-    return measured != nullptr && measured->value <= at_most ? row.outcome : "beyond";
+    return measured != nullptr && (measured->value <= at_most || planted(Mutant::criterion_ignored))
+               ? row.outcome
+               : "beyond";
   }
 };
 
@@ -168,8 +171,8 @@ Record boundary_record(const Boundary& b, const std::vector<Line>& lines) {
     const Look& before = line.looks[change == 0 ? line.looks.size() - 1 : change - 1];
     const double x = change == 0 ? not_a_number : before.x;
     const double y = change == 0 ? not_a_number : line.looks[change].x;
-    const double numbers[] = {0.5 * (x + y), x, y, static_cast<double>(line.changes()),
-                              static_cast<double>(line.looks.size())};
+    const double numbers[] = {planted(Mutant::boundary_at_near_end) ? x : 0.5 * (x + y), x, y,
+                              static_cast<double>(line.changes()), static_cast<double>(line.looks.size())};
     for (std::size_t k = 0; k < std::size(numbers); ++k)
       record.columns[b.axes.size() + k].values.push_back(numbers[k]);
     record.columns[record.columns.size() - 2].texts.push_back(before.outcome);

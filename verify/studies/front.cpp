@@ -8,6 +8,8 @@
 #include <numeric>
 #include <optional>
 
+#include "base/mutant.hpp"
+
 namespace veriflex::studies {
 
 namespace {
@@ -27,7 +29,8 @@ Rows front_of(const std::vector<Priced>& rows, Rows among) {
   });
   Rows best;
   for (const std::size_t i : among) {
-    if (best.empty() || rows[i].error < rows[best.back()].error) best.push_back(i);
+    if (best.empty() || planted(Mutant::front_keeps_the_beaten) || rows[i].error < rows[best.back()].error)
+      best.push_back(i);
   }
   return best;
 }

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "engine/convergence.hpp"
 #include "studies/grid.hpp"
@@ -128,7 +129,7 @@ double over_rows(const Asked& asked, const Record& table) {
     if (asked.of == "min") {
       result = lesser(result, value);
     } else if (asked.of == "max") {
-      result = worse(result, value);
+      result = planted(Mutant::largest_is_last) ? value : worse(result, value);
     } else {
       result += value / static_cast<double>(rows.size());
     }
@@ -138,7 +139,9 @@ double over_rows(const Asked& asked, const Record& table) {
 
 double value_of(const Asked& asked, const Record& table) {
   if (asked.of == "value") return only(asked, table, asked.where);
-  if (asked.of == "ratio") return only(asked, table, asked.where) / only(asked, table, pinned_over(asked));
+  if (asked.of == "ratio")
+    return only(asked, table, planted(Mutant::ratio_of_a_row_to_itself) ? pinned_over(asked) : asked.where) /
+           only(asked, table, pinned_over(asked));
   return asked.along.empty() ? over_rows(asked, table) : along_axis(asked, table);
 }
 
@@ -149,7 +152,7 @@ std::vector<double> spacings(const std::vector<double>& axis) {
   if (std::is_sorted(axis.begin(), axis.end(), std::greater_equal<>())) return axis;
   if (!std::is_sorted(axis.begin(), axis.end(), std::less_equal<>())) return {};
   std::vector<double> h;
-  for (const double x : axis) h.push_back(1.0 / x);
+  for (const double x : axis) h.push_back(planted(Mutant::spacings_not_inverted) ? x : 1.0 / x);
   return h;
 }
 

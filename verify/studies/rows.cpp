@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/stop.hpp"
 #include "engine/child.hpp"
 #include "engine/result.hpp"
@@ -43,8 +44,9 @@ bool is_final(const std::string& outcome) {
 std::optional<Row> read_row(const Base& base, const Settings& settings, int repeats, const fs::path& path) {
   const io::Hdf5File file(path);
   const std::string all = fmt::format("{}", fmt::join(all_settings(base, settings), ", "));
-  const bool same = file.texts("/case").front() == base.text && file.attribute("/", "variant") == all &&
-                    file.attribute("/provenance", "program") == engine::program();
+  const bool same =
+      file.texts("/case").front() == base.text && file.attribute("/", "variant") == all &&
+      (file.attribute("/provenance", "program") == engine::program() || planted(Mutant::rows_of_any_program));
   if (!same) return std::nullopt;
   Row row{
       .settings = settings, .outcome = file.attribute("/", "outcome"), .message = {}, .seen = {}, .work = {}};

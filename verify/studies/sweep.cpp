@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "engine/convergence.hpp"
 #include "engine/verdict.hpp"
 #include "repository.hpp"
@@ -51,7 +52,9 @@ Record orders_along(std::size_t axis, const std::vector<Axis>& axes, const Recor
       row = row * axes[a].size() + (a == axis ? 0 : cell[o++]);
     for (std::size_t m = metrics_from; m < metrics_to; ++m) {
       std::vector<double> values;
-      for (std::size_t i = 0; i < h.size(); ++i) values.push_back(sweep.columns[m].values[row + i * stride]);
+      for (std::size_t i = 0; i < h.size(); ++i)
+        values.push_back(
+            sweep.columns[m].values[row + i * (planted(Mutant::orders_of_other_rows) ? 1 : stride)]);
       const bool whole = std::none_of(values.begin(), values.end(), [](double v) { return std::isnan(v); });
       append(record.columns, others, cell);
       record.columns[first].texts.push_back(sweep.columns[m].name);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "base/mutant.hpp"
 #include "coupling/delta_kernel.hpp"
 
 namespace veriflex::coupling {
@@ -15,7 +16,9 @@ struct Cosine {
   static constexpr int width = 4;
   static constexpr bool in_ball = false;
   static double phi(double d) {
-    return std::abs(d) < 2.0 ? 0.25 * (1.0 + std::cos(0.5 * std::numbers::pi * d)) : 0.0;
+    return std::abs(d) < 2.0 ? (planted(Mutant::delta_scaled) ? 0.24975 : 0.25) *
+                                   (1.0 + std::cos(0.5 * std::numbers::pi * d))
+                             : 0.0;
   }
 };
 static_assert(DeltaKernel<Cosine>);

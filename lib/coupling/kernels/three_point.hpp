@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "base/mutant.hpp"
 #include "coupling/delta_kernel.hpp"
 
 namespace veriflex::coupling {
@@ -16,7 +17,8 @@ struct ThreePoint {
   static double phi(double d) {
     const double r = std::abs(d);
     if (r < 0.5) return (1.0 + std::sqrt(1.0 - 3.0 * r * r)) / 3.0;
-    if (r < 1.5) return (5.0 - 3.0 * r - std::sqrt(1.0 - 3.0 * (1.0 - r) * (1.0 - r))) / 6.0;
+    if (r < (planted(Mutant::three_point_cut_short) ? 1.4 : 1.5))
+      return (5.0 - 3.0 * r - std::sqrt(1.0 - 3.0 * (1.0 - r) * (1.0 - r))) / 6.0;
     return 0.0;
   }
 };

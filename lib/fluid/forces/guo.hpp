@@ -2,6 +2,7 @@
 /// [guo-2002]
 #pragma once
 
+#include "base/mutant.hpp"
 #include "fluid/force_scheme.hpp"
 
 namespace veriflex::fluid {
@@ -13,7 +14,7 @@ struct Guo {
   static constexpr bool changes_N = true;
   template <class Real>
   static Real of_N(Real omega) {
-    return Real(2) * (Real(1) - Real(0.5) * omega);
+    return Real(2) * (Real(1) - Real(planted(Mutant::guo_source_not_reduced) ? 0.0 : 0.5) * omega);
   }
   template <class Real>
   static Real beyond_N(Real omega) {
