@@ -103,6 +103,20 @@ TEST_CASE("A run checks its fluid before the first step, after the last, and kee
   }
 }
 
+TEST_CASE("An observer is due at the steps nearest to the multiples of its interval") {
+  const auto steps = [](double interval) {
+    std::vector<std::int64_t> due;
+    for (std::int64_t step = 0; step <= 12; ++step) {
+      if (observe::Due{interval}.at(step)) due.push_back(step);
+    }
+    return due;
+  };
+  CHECK(steps(1.0).size() == 13);
+  CHECK(steps(4.0) == std::vector<std::int64_t>{0, 4, 8, 12});
+  CHECK(steps(2.4) == std::vector<std::int64_t>{0, 2, 5, 7, 10, 12});  // 2.4, 4.8, 7.2, 9.6, 12
+  CHECK(steps(INFINITY).empty());
+}
+
 TEST_CASE("A metric is set once, and only if it was declared") {
   observe::Observations seen;
   seen.declared = {{"length", {}, "L", "of a rod"}};
