@@ -1,9 +1,9 @@
 # Three commands: `make verify` (verdicts and a report; TIER=full for the long cases), `make test` (unit tests and the quick tier), `make bench` (what
 # the hot loops cost on this machine, as JSON in build/bench; no verdict; BOX=64x416x400 STORAGE=float measures that fluid
-# alone).
+# alone). And `make mutants`: would these notice bugs? Two hours, of which MINUTES=60 for generated ones (docs/MUTANTS.md).
 # Everything else is CMake's: cmake --preset release, ctest --preset quick, ...
 
-.PHONY: verify test bench configure deps clean
+.PHONY: verify test bench mutants configure deps clean
 
 verify: configure
 	@cmake --build --preset release --target veriflex
@@ -21,6 +21,11 @@ ifeq ($(BOX)$(STORAGE),)
 	@build/release/veriflex_filament_bench --output build/bench/filament.json
 	@build/release/veriflex_solid_bench --benchmark_out=build/bench/solid.json --benchmark_out_format=json
 endif
+
+mutants: deps
+	@cmake --preset mutants >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
+	@cmake --build --preset mutants
+	@scripts/mutants planted; planted=$$?; scripts/mutants generated --minutes $(or $(MINUTES),60) && exit $$planted
 
 configure: deps
 	@cmake --preset release >build/configure.log 2>&1 || { cat build/configure.log; exit 1; }
