@@ -196,7 +196,7 @@ def judge(mutant, tree, build, suite, tests, jobs):
         elif compiled.read_bytes() == code:
             mutant.result = "same code"
         else:
-            outcomes = suite.run(tests, until_caught=True)
+            outcomes = suite.confirmed(suite.run(tests, until_caught=True), tests)
             by = [f"{label} ({outcome.how})" for label, outcome in outcomes.items() if outcome.caught]
             mutant.result, mutant.by = ("caught", by[0]) if by else ("survived", "")
     finally:

@@ -3,12 +3,11 @@
 import json
 import re
 import time
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import ThreadPoolExecutor, as_completed
 from pathlib import Path
 
 from mutation.suite import Outcome, Suite
 
-CHEAP = 0.4  # seconds of CPU time: tests up to this meet every planted bug, slower ones those that are not caught by these
 FACTORS = [0.1, 0.5, 1.0, 2.0, 10.0]  # of all tolerances
 
 
@@ -29,29 +28,32 @@ def table(root):
     return {name: {"what": what, "place": places[name]} for name, what in named.items()}
 
 
-def run_all(root, build, names, jobs, show):
-    """Of each bug the outcomes of the tests that met it."""
+def run_all(build, names, seconds, jobs, show, told):
+    """Puts each bug before all cases and tests that take up to so many seconds, and where these let it pass before the slower ones, up to the
+    first that does not. `told` is called after each with all tests, those that meet every bug, and the outcomes by bug until then."""
     suite = Suite(build)
     tests = suite.timed(build / "planted-times.json", jobs, show)
-    cheap = [test for test in tests if test.seconds <= CHEAP]
-    slow = sorted((test for test in tests if test.seconds > CHEAP), key=lambda test: test.seconds)
-    done = 0
+    cheap = [test for test in tests if test.seconds <= seconds]
+    slow = sorted((test for test in tests if test.seconds > seconds), key=lambda test: test.seconds)
 
     def meet(name):
-        nonlocal done
-        outcomes = suite.run(cheap, name)
+        outcomes = suite.confirmed(suite.run(cheap, name), cheap, name)
         if not any(outcome.caught for outcome in outcomes.values()):
-            outcomes |= suite.run(slow, name, until_caught=True)
-        done += 1
-        caught = sum(outcome.caught for outcome in outcomes.values())
-        show(f"{done} of {len(names)}: {name} " + (f"caught by {caught}" if caught else "SURVIVES"))
-        return name, outcomes
+            outcomes |= suite.confirmed(suite.run(slow, name, until_caught=True), slow, name)
+        return outcomes
 
+    found = {}
     with ThreadPoolExecutor(jobs) as workers:
-        return tests, dict(workers.map(meet, names))
+        waiting = {workers.submit(meet, name): name for name in names}
+        for met in as_completed(waiting):
+            name = waiting[met]
+            found[name] = met.result()
+            caught = sum(outcome.caught for outcome in found[name].values())
+            show(f"{len(found)} of {len(names)}: {name} " + (f"caught by {caught}" if caught else "SURVIVES"))
+            told(tests, cheap, found)
 
 
-def summary(root, names, tests, found, seconds):
+def summary(root, names, tests, met_all, found, took):
     """All that is known, as plain data."""
     known = table(root)
     bugs = {}
@@ -61,9 +63,8 @@ def summary(root, names, tests, found, seconds):
                       "cases": {label[5:]: how_much(o) for label, o in caught.items() if label.startswith("case ")},
                       "units": {label[5:]: o.how for label, o in caught.items() if label.startswith("unit ")},
                       "met": len(found[name])}
-    met_all = [test for test in tests if test.seconds <= CHEAP]
     idle = [test.label for test in met_all if not any(found[name].get(test.label, Outcome("passed")).caught for name in names)]
-    return {"planted": len(names), "caught": sum(bug["caught"] for bug in bugs.values()), "seconds": round(seconds),
+    return {"planted": len(names), "caught": sum(bug["caught"] for bug in bugs.values()), "seconds": round(took),
             "by_cases": sum(bool(bug["cases"]) for bug in bugs.values()), "by_units": sum(bool(bug["units"]) for bug in bugs.values()),
             "tests": len(tests), "met_every_bug": len(met_all), "bugs": bugs, "caught_nothing": idle,
             "tolerances": [at_tolerance(factor, names, met_all, found) for factor in FACTORS]}
@@ -122,18 +123,23 @@ def shown(names, most=3):
     return some + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
-def main(root, build, names, jobs, out, show):
+def main(root, build, names, seconds, jobs, out, show):
     known = table(root)
     unknown = [name for name in names if name not in known]
     if unknown:
         raise SystemExit(f"mutants: no bug '{unknown[0]}' is planted. lib/base/mutant.hpp lists all")
     start = time.monotonic()
     wanted = names or list(known)
-    tests, found = run_all(root, build, wanted, jobs, show)
-    told = summary(root, wanted, tests, found, time.monotonic() - start)
     out.mkdir(parents=True, exist_ok=True)
-    (out / "planted.json").write_text(json.dumps(told, indent=1))
-    (out / "planted.md").write_text(markdown(told))
+    told = {}
+
+    def tell(tests, met_all, found):  # after each bug, so that a run that is broken off leaves what it has found
+        done = [name for name in wanted if name in found]
+        told.update(summary(root, done, tests, met_all, found, time.monotonic() - start))
+        (out / "planted.json").write_text(json.dumps(told, indent=1))
+        (out / "planted.md").write_text(markdown(told))
+
+    run_all(build, wanted, seconds, jobs, show, tell)
     survivors = [name for name, bug in told["bugs"].items() if not bug["caught"]]
     print(f"planted bugs: {told['caught']} of {told['planted']} caught" + (f"; {', '.join(survivors)} survive" if survivors else ""))
     for at in told["tolerances"]:

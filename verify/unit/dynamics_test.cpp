@@ -339,6 +339,24 @@ TEST_CASE(
   CHECK(stroke.displacement()(0, 1) != 0.0);
 }
 
+TEST_CASE("Drag alone slows a body down by exp(-gamma t/m), whatever its sub-steps") {
+  const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
+  constexpr double gamma = 0.05, mass = 2.0, start = 1e-3;
+  Positions v = zero(pair);
+  v.col(0).setConstant(start);  // both alike, so that their bond is not strained
+  Conditions conditions;
+  conditions.node_mass = mass;
+  conditions.drag = gamma;
+  for (const int substeps : {1, 3}) {
+    CAPTURE(substeps);
+    Leapfrog motion(glsm, pair, conditions, 1.0, {substeps}, zero(pair), v);
+    for (int step = 0; step < 40; ++step) motion.step();
+    const double left = std::exp(-gamma * 40.0 / mass);
+    CHECK(motion.velocity()(0, 0) == Approx(start * left).epsilon(1e-4));
+    CHECK(motion.displacement()(1, 0) == Approx(start * mass / gamma * (1.0 - left)).epsilon(1e-4));
+  }
+}
+
 TEST_CASE("A bond that leaves its domain stops the run with step, nodes, length and bounds") {
   const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
   Positions v = zero(pair);

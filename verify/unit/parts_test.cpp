@@ -111,6 +111,20 @@ TEST_CASE("Parts, their plan and the allocator agree on a scene's memory within 
   if (allocator_tells()) CHECK(ratio.allocated == Approx(1.0).margin(0.02));
 }
 
+TEST_CASE("A plan knows the memory of a coupling before there is one, beside however large a fluid") {
+  scene::Scene scene;
+  scene.fluid = box(0.8);
+  scene.bodies = {rod(60, true)};
+  double planned = 0.0;
+  for (const scene::Built& built : scene::plan_scene(scene).built) {
+    if (built.parts == std::vector{Kind::Coupling}) planned += built.memory_bytes;
+  }
+  parts::restart();
+  scene::Simulation simulation(scene);
+  simulation.advance();
+  CHECK(planned == Approx(made(Kind::Coupling).bytes).epsilon(0.02));
+}
+
 TEST_CASE("What a static solution takes is what the allocator has given out for it") {
   if (!allocator_tells()) return;
   solid::Network bar = solid::cubic_lattice({{6, 6, 30}, 1.0});
