@@ -1,4 +1,7 @@
 // Studies over any case: the grid, the numbers of its table, and rows as programs of their own.
+#include <fmt/format.h>
+
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
