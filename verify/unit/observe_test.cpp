@@ -4,6 +4,7 @@
 
 #include "base/error.hpp"
 #include "catch.hpp"
+#include "fluid/initial.hpp"
 #include "fluid/obstacle.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
@@ -156,6 +157,24 @@ TEST_CASE("A record of the fluid has the columns that were asked for, and the fl
   CHECK(std::abs(all.find("stress_xy")->values[1]) < 1e-15);  // started in equilibrium
   CHECK(names(observe::at_nodes(*fluid, nodes, {.density = true}, "state", "")) ==
         std::vector<std::string>{"x", "y", "z", "density"});
+}
+
+TEST_CASE(
+    "The stress of a sheared fluid is its viscosity times the rate of strain, each component in its column") {
+  Mat3 gradient;  // d u_i/d x_j, without divergence
+  gradient << 1e-3, 2e-3, -3e-3, 4e-3, -5e-3, 6e-3, 7e-3, -8e-3, 4e-3;
+  const std::unique_ptr<fluid::Fluid> fluid = small_box();
+  fluid->start([&](std::int64_t) { return fluid::near_equilibrium(1.0, Vec3::Zero(), gradient, 0.8); });
+  const observe::Record record =
+      observe::at_nodes(*fluid, std::vector<std::int64_t>{13}, {.stress = true}, "state", "");
+  const Mat3 exact = fluid::viscosity(0.8) * (gradient + gradient.transpose());
+  const auto column = [&](const std::string& axes) { return record.find("stress_" + axes)->values[0]; };
+  CHECK(column("xx") == Approx(exact(0, 0)));
+  CHECK(column("yy") == Approx(exact(1, 1)));
+  CHECK(column("zz") == Approx(exact(2, 2)));
+  CHECK(column("xy") == Approx(exact(0, 1)));
+  CHECK(column("xz") == Approx(exact(0, 2)));
+  CHECK(column("yz") == Approx(exact(1, 2)));
 }
 
 TEST_CASE("An obstacle has no image across a wall, and none of it stands beyond one") {
