@@ -59,7 +59,6 @@ struct Section {
   double radius, tau, error;
   std::string delta;
   int iterations;
-  bool is_measured;
 };
 
 /// Without further rounds of forcing, and without their axis.
@@ -100,11 +99,9 @@ Section section_for(double error, bool is_elastic, const fs::path& results) {
   if (is_elastic) rows = one_round_only(rows);
   const studies::Advice found = studies::advise(rows, {.error = error, .budget = {}});
   return {std::stod(value_of(found.setting, "immersed.radius")),
-          std::stod(value_of(found.setting, "fluid.relaxation_time")),
-          found.error,
+          std::stod(value_of(found.setting, "fluid.relaxation_time")), found.error,
           studies::bare(value_of(found.setting, "coupling.delta")),
-          is_elastic ? 1 : std::stoi(value_of(found.setting, rounds_key)),
-          found.is_measured};
+          is_elastic ? 1 : std::stoi(value_of(found.setting, rounds_key))};
 }
 
 /// What the driven filament's family says of boxes and storage, in lengths of its rod.
