@@ -291,7 +291,7 @@ CoupledStep::Vector CoupledStep::next(const Vector& state) const {
   const Vector wanted = wanted_velocity(v, W);
   Vector mean = Vector::Zero(marker_values());
   for (const Part& part : parts_) {
-    if (part.implicit && part.count > 0)
+    if (part.middle)
       move_implicitly(part, f, v, wanted, mean);
     else
       move(part, f, v, wanted, mean);

@@ -13,6 +13,7 @@
 #include "base/error.hpp"
 #include "base/stop.hpp"
 #include "scene/alternating_growth.hpp"
+#include "scene/krylov.hpp"
 
 namespace veriflex::scene {
 
@@ -49,29 +50,13 @@ Vector start_of(const CoupledStep& step) {
 std::optional<double> eigenvalue_near(const CoupledStep& step, const Vector& state) {
   constexpr Eigen::Index dimensions = 20;
   constexpr double residual = 1e-8;
-  Eigen::MatrixXd basis(state.size(), dimensions);
-  Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(dimensions, dimensions);
-  basis.col(0) = state.normalized();
-  Eigen::Index size = 0;
-  while (size < dimensions) {
-    Vector image = step.next(basis.col(size));
-    const double length = image.norm();
-    for (int twice = 0; twice < 2; ++twice) {
-      const Vector along = basis.leftCols(size + 1).transpose() * image;
-      projected.col(size).head(size + 1) += along;
-      image -= basis.leftCols(size + 1) * along;
-    }
-    ++size;
-    if (size == dimensions || !(image.norm() > 1e-10 * length)) break;  // all of the space, or none left
-    projected(size, size - 1) = image.norm();
-    basis.col(size) = image.normalized();
-  }
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(projected.topLeftCorner(size, size));
+  const auto [basis, projected] = krylov([&](const Vector& x) { return step.next(x); }, state, dimensions);
+  const Eigen::EigenSolver<Eigen::MatrixXd> solver(projected);
   if (solver.info() != Eigen::Success) return std::nullopt;
   Eigen::Index most = 0;
   solver.eigenvalues().cwiseAbs().maxCoeff(&most);
   const std::complex<double> value = solver.eigenvalues()[most];
-  const Eigen::VectorXcd vector = basis.leftCols(size) * solver.eigenvectors().col(most);
+  const Eigen::VectorXcd vector = basis * solver.eigenvectors().col(most);
   Eigen::VectorXcd image(vector.size());
   image.real() = step.next(vector.real());
   image.imag() = step.next(vector.imag());

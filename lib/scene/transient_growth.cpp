@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "scene/krylov.hpp"
 #include "scene/simulated_step.hpp"
 
 namespace veriflex::scene {
@@ -11,30 +12,15 @@ namespace {
 
 using Vector = SimulatedStep::Vector;
 
+constexpr Eigen::Index dimensions = 40;
+
 /// The largest eigenvalue of a symmetric operator in a Krylov space: from below, and soon where many are
 /// alike, which have no vectors of their own to converge to.
 template <class Product>
-double largest_ritz_value(const Product& product, Vector start) {
-  constexpr Eigen::Index dimensions = 40;
-  Eigen::MatrixXd basis(start.size(), dimensions);
-  Eigen::MatrixXd projected = Eigen::MatrixXd::Zero(dimensions, dimensions);
-  Eigen::Index size = 0;
-  basis.col(0) = start.normalized();
-  while (size < dimensions) {
-    Vector image = product(basis.col(size));
-    const double length = image.norm();
-    for (int twice = 0; twice < 2; ++twice) {
-      const Vector along = basis.leftCols(size + 1).transpose() * image;
-      projected.col(size).head(size + 1) += along;
-      image -= basis.leftCols(size + 1) * along;
-    }
-    ++size;
-    if (size == dimensions || !(image.norm() > 1e-12 * length)) break;
-    basis.col(size) = image.normalized();
-  }
-  const Eigen::MatrixXd symmetric = projected.topLeftCorner(size, size).selfadjointView<Eigen::Upper>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(symmetric, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues()[size - 1];
+double largest_ritz_value(const Product& product, const Vector& start) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(krylov(product, start, dimensions).projected,
+                                                              Eigen::EigenvaluesOnly);
+  return solver.eigenvalues().tail(1)[0];
 }
 
 }  // namespace
