@@ -63,18 +63,6 @@ Adviser adviser(const AdviseOptions& o) {
           o.study, o.out));
 }
 
-studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path) {
-  try {
-    const observe::Record front = engine::read_record(file, "sweep_front");
-    const std::string error = front.columns.at(front.columns.size() - 2).name;
-    return studies::swept_rows(engine::read_record(file, "sweep"), engine::read_record(file, "sweep_cost"),
-                               error);
-  } catch (const InputError&) {
-    throw InputError({path}, "this is no sweep with an error", "advice needs to know what the rows' error is",
-                     "Give the sweep error = \"<metric>\", or veriflex sweep --error, and run it again");
-  }
-}
-
 // `key=value` of what an axis sets beside its first key, and the axis itself with that value alone, as TOML.
 struct Full {
   std::vector<std::string> settings, axes;

@@ -94,8 +94,7 @@ studies::SweptRows one_round_only(const studies::SweptRows& all) {
 /// and light bodies do not bear that.
 Section section_for(double error, bool is_elastic, const fs::path& results) {
   const io::Hdf5File file = open_study(results, drag_study);
-  studies::SweptRows rows = studies::swept_rows(engine::read_record(file, "sweep"),
-                                                engine::read_record(file, "sweep_cost"), "prediction_error");
+  studies::SweptRows rows = rows_of(file, drag_study);
   if (is_elastic) rows = one_round_only(rows);
   const studies::Advice found = studies::advise(rows, {.error = error, .budget = {}});
   return {std::stod(value_of(found.setting, "immersed.radius")),

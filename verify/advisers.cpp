@@ -110,4 +110,16 @@ std::vector<studies::Axis> own_axes(const io::Table& top, const io::Hdf5File& fi
   return studies::read_axes(top.table("sweep"));
 }
 
+studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path) {
+  try {
+    const observe::Record front = engine::read_record(file, "sweep_front");
+    const std::string error = front.columns.at(front.columns.size() - 2).name;
+    return studies::swept_rows(engine::read_record(file, "sweep"), engine::read_record(file, "sweep_cost"),
+                               error);
+  } catch (const InputError&) {
+    throw InputError({path}, "this is no sweep with an error", "advice needs to know what the rows' error is",
+                     "Give the sweep error = \"<metric>\", or veriflex sweep --error, and run it again");
+  }
+}
+
 }  // namespace veriflex

@@ -7,6 +7,7 @@
 
 #include "io/document.hpp"
 #include "io/hdf5.hpp"
+#include "studies/advise.hpp"
 #include "studies/grid.hpp"
 
 namespace veriflex {
@@ -23,5 +24,8 @@ std::vector<Adviser> advisers_of(const io::Table& top, const std::filesystem::pa
 /// The axes of the own sweep of the case `top` that is stored in `file`; none where the sweep was put over it
 /// by a command.
 std::vector<studies::Axis> own_axes(const io::Table& top, const io::Hdf5File& file);
+
+/// The rows of the sweep that is stored in `file`. Throws InputError, with the path, where it has no error.
+studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path);
 
 }  // namespace veriflex
