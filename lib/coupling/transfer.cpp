@@ -42,6 +42,12 @@ void Transfer::locate(const Positions& X) {
   part_.takes(bytes());
 }
 
+std::vector<std::int64_t> Transfer::rows() const {
+  std::vector<std::int64_t> numbers;
+  for (const Row& row : rows_) numbers.push_back(row.start / grid_.size[0]);
+  return numbers;
+}
+
 double Transfer::bytes() const {
   return parts::array_bytes(solid_, nodes_, weight_, rows_, place_, row_at_, row_of_, place_of_slot_);
 }

@@ -35,6 +35,9 @@ class Transfer {
   /// The distinct nodes under the supports.
   std::span<const std::int64_t> nodes() const { return nodes_; }
 
+  /// The rows that these stand in, y + ny z of each once.
+  std::vector<std::int64_t> rows() const;
+
   /// Memory of supports, weights and the lists between  [bytes].
   double bytes() const;
 

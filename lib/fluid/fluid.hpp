@@ -133,6 +133,20 @@ struct State {
   std::vector<std::array<double, 4>> moments{};
 };
 
+/// Several steps of a fluid with forces at single nodes: the rows of these nodes make them one after the
+/// other ahead of all others, which then follow at once, bit by bit as if all had gone together.
+class StepsAhead {
+ public:
+  virtual ~StepsAhead() = default;
+  /// Whether these rows, y + ny z of each, are among those that are ahead: only there are velocities and
+  /// populations known and may forces act until the others have followed.
+  virtual bool cover(std::span<const std::int64_t> rows) const = 0;
+  /// One step of the rows ahead. Throws Stopped, as Fluid::collide_and_stream() does.
+  virtual void collide_and_stream(const NodeForces& forces) = 0;
+  /// The same steps of all others. Throws Stopped, and the fluid is then of no use.
+  virtual void let_others_follow() = 0;
+};
+
 class Fluid {
  public:
   explicit Fluid(Spec spec) : spec_(std::move(spec)) {}
@@ -160,6 +174,12 @@ class Fluid {
   /// How many steps advance() makes best at once: 1 where one after the other is as good. Populations of a
   /// box that no cache holds, without obstacle and openings, make several.
   virtual std::int64_t steps_at_once() const { return 1; }
+
+  /// At most so many steps with forces in these rows, y + ny z of each; null where one step of all nodes
+  /// after the other is as good. The fluid must outlive it and make no other step meanwhile.
+  virtual std::unique_ptr<StepsAhead> steps_ahead(std::span<const std::int64_t>, std::int64_t) {
+    return nullptr;
+  }
 
   /// Populations of some nodes before the next collision.
   virtual void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const = 0;

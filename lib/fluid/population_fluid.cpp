@@ -10,6 +10,7 @@
 #include "base/work.hpp"
 #include "fluid/blocking.hpp"
 #include "fluid/links.hpp"
+#include "fluid/near_rows.hpp"
 #include "fluid/reductions.hpp"
 #include "fluid/subnormals.hpp"
 #include "fluid/sweep.hpp"
@@ -100,21 +101,22 @@ class PopulationFluid final : public Fluid {
   }
 
   void advance(std::int64_t steps) override {
-    const Blocking blocking = this->blocking();
-    if (std::min(blocking.steps, steps) < 2) return Fluid::advance(steps);
+    if (std::min(blocking().steps, steps) < 2) return Fluid::advance(steps);
     stop_if_asked("fluid step", steps_ + 1);
     count_work(steps);
-    const std::array rows{rows_of(lattice_, odd()), rows_of(lattice_, !odd())};
-    make_steps(row_grid(), steps, blocking, omp_get_max_threads(),
-               [&](std::int64_t step, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
-                 rows[static_cast<std::size_t>(step % 2)](lattice_, z, y_begin, y_end);
-                 gain(z, y_begin, y_end);
-               });
+    make_many(steps, rows_of_next_steps(), nullptr);
     stop_if_asked("fluid step", steps_ + 1);
     steps_ += steps;
   }
 
   std::int64_t steps_at_once() const override { return blocking().steps; }
+
+  std::unique_ptr<StepsAhead> steps_ahead(std::span<const std::int64_t> rows, std::int64_t most) override {
+    if (std::min(blocking().steps, most) < 2) return nullptr;
+    auto ahead = std::make_unique<Ahead>(*this, NearRows(row_grid(), rows, most));
+    // Those ahead make their steps one by one, which must be worth what it spares the others.
+    return 2 * ahead->count() < lattice_.ny * lattice_.nz ? std::move(ahead) : nullptr;
+  }
 
   void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
     const auto count = static_cast<std::int64_t>(nodes.size());
@@ -150,6 +152,47 @@ class PopulationFluid final : public Fluid {
   }
 
  private:
+  class Ahead final : public StepsAhead {
+   public:
+    Ahead(PopulationFluid& fluid, NearRows near)
+        : fluid_(fluid), near_(std::move(near)), first_(fluid.steps_), rows_(fluid.rows_of_next_steps()) {}
+
+    std::int64_t count() const { return near_.count(); }
+    bool cover(std::span<const std::int64_t> rows) const override { return near_.cover(rows); }
+
+    void collide_and_stream(const NodeForces& forces) override {
+      stop_if_asked("fluid step", fluid_.steps_ + 1);
+      const std::int64_t step = fluid_.steps_ - first_;
+      const bool alone = near_.count() * fluid_.lattice_.nx < worth_threads;
+      const int threads = alone ? 1 : omp_get_max_threads();
+      near_.make(step, threads, [&](std::int64_t, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
+        rows_[static_cast<std::size_t>(step % 2)](fluid_.lattice_, z, y_begin, y_end);
+      });
+      stop_if_asked("fluid step", fluid_.steps_ + 1);
+      fluid_.add(forces);
+      if (!fluid_.gains_.empty()) {
+        near_.make(step, 1, [&](std::int64_t, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
+          fluid_.gain(z, y_begin, y_end);
+        });
+      }
+      ++fluid_.steps_;
+    }
+
+    void let_others_follow() override {
+      const std::int64_t steps = fluid_.steps_ - first_;
+      if (steps == 0) return;
+      fluid_.count_work(steps);
+      fluid_.make_many(steps, rows_, &near_);
+      stop_if_asked("fluid step", fluid_.steps_ + 1);
+    }
+
+   private:
+    PopulationFluid& fluid_;
+    NearRows near_;
+    std::int64_t first_;  // steps of the fluid before the first
+    std::array<Rows<Real>, 2> rows_;
+  };
+
   /// After a step, be it even or odd, what each end sent along a cut link stands where the other end will
   /// look for it, so the two slots are exchanged. The inside of an obstacle is a closed fluid of its own from
   /// which nothing leaks, so that the sweep treats no node apart; nobody is shown it: seen from outside an
@@ -169,6 +212,22 @@ class PopulationFluid final : public Fluid {
     if (!is_made_row_by_row(spec_)) return {1, lattice_.ny};
     if (spec_.blocking) return *spec_.blocking;
     return blocking_for(row_grid(), Q * lattice_.nx * std::int64_t{sizeof(Real)}, omp_get_max_threads());
+  }
+
+  std::array<Rows<Real>, 2> rows_of_next_steps() const {
+    return {rows_of(lattice_, odd()), rows_of(lattice_, !odd())};
+  }
+
+  /// So many steps of all rows, less what those near a body have made of them.
+  void make_many(std::int64_t steps, const std::array<Rows<Real>, 2>& rows, const NearRows* near) {
+    const MakeRows all = [&](std::int64_t step, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
+      rows[static_cast<std::size_t>(step % 2)](lattice_, z, y_begin, y_end);
+      gain(z, y_begin, y_end);
+    };
+    const MakeRows others = [&](std::int64_t step, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
+      near->make_others(step, z, y_begin, y_end, all);
+    };
+    make_steps(row_grid(), steps, blocking(), omp_get_max_threads(), near != nullptr ? others : all);
   }
 
   /// What moving walls add to rows that have just made a step. It stands in a slot of the same node after

@@ -60,7 +60,7 @@ void MovingBody::put_markers() {
   }
 }
 
-void MovingBody::interpolate(const fluid::Fluid& fluid) {
+void MovingBody::locate() {
   put_markers();
   try {
     if (prescribed_) {
@@ -69,8 +69,11 @@ void MovingBody::interpolate(const fluid::Fluid& fluid) {
       transfer_->locate(markers_);
     }
   } catch (const NumericalFailure& failure) {
-    throw failure.at(fmt::format("step {}", fluid.steps() + 1));
+    throw failure.at(fmt::format("step {}", steps_ + 1));
   }
+}
+
+void MovingBody::interpolate(const fluid::Fluid& fluid) {
   if (prescribed_) {
     prescribed_->exchange(
         fluid, body_.motion->velocity_at(static_cast<double>(steps_) +

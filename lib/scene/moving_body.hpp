@@ -4,10 +4,10 @@
 ///
 ///   F_int = rho_f V (u_f - u_s)
 ///
-/// A step has three parts, of which the first and the last are not called for a body that meets no fluid. u_s
-/// is the velocity that the scheme carries, of leap-frog half a sub-step old: an averaged on-step one makes
-/// the coupling unstable. The implicit midpoint rule couples to the mean velocity of the step. For a given
-/// motion u_s is that of the markers' time.
+/// A step has four parts, of which the first two and the last are not called for a body that meets no fluid.
+/// u_s is the velocity that the scheme carries, of leap-frog half a sub-step old: an averaged on-step one
+/// makes the coupling unstable. The implicit midpoint rule couples to the mean velocity of the step. For a
+/// given motion u_s is that of the markers' time.
 #pragma once
 
 #include "coupling/transfer.hpp"
@@ -26,8 +26,11 @@ class MovingBody {
   MovingBody(const MovingBody&) = delete;
   MovingBody& operator=(const MovingBody&) = delete;
 
-  /// u_f at the present markers from the present populations, and the slip. Throws NumericalFailure when a
-  /// marker leaves the fluid.
+  /// Finds the nodes around the present markers. Throws NumericalFailure when a marker leaves the fluid.
+  void locate();
+  /// The rows of these nodes, y + ny z of each once.
+  std::vector<std::int64_t> rows() const { return transfer().rows(); }
+  /// u_f at the markers where they were located, from the present populations, and the slip.
   void interpolate(const fluid::Fluid& fluid);
   /// One step under internal forces and F_int, or of the given motion. Throws NumericalFailure when a bond or
   /// an angle leaves its range.

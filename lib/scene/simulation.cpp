@@ -1,5 +1,6 @@
 #include "scene/simulation.hpp"
 
+#include <algorithm>
 #include <chrono>
 #include <ctime>
 
@@ -9,12 +10,10 @@
 
 namespace veriflex::scene {
 
-namespace {
-
-class Stopwatch {
+class Simulation::Stopwatch {
  public:
   /// Adds the time since the last lap.
-  void lap(Simulation::Spent& to) {
+  void lap(Spent& to) {
     const auto wall = std::chrono::steady_clock::now();
     const std::clock_t cpu = std::clock();
     to.wall += std::chrono::duration<double>(wall - wall_).count();
@@ -27,8 +26,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point wall_ = std::chrono::steady_clock::now();
   std::clock_t cpu_ = std::clock();
 };
-
-}  // namespace
 
 Simulation::Simulation(Scene scene) {
   if (scene.fluid) {
@@ -69,17 +66,19 @@ fluid::NodeForces Simulation::on_fluid() {
   return {sum_->nodes(), &sum_->force()};
 }
 
-std::int64_t Simulation::steps_at_once() const { return is_bare_fluid() ? fluid_->steps_at_once() : 1; }
+std::int64_t Simulation::steps_at_once() const { return fluid_ && !uniform_ ? fluid_->steps_at_once() : 1; }
 
 void Simulation::advance(std::int64_t steps) {
-  if (!is_bare_fluid()) {
-    for (std::int64_t i = 0; i < steps; ++i) step();
+  if (is_bare_fluid()) {
+    Stopwatch watch;
+    fluid_->advance(steps);
+    watch.lap(seconds_.fluid);
+    steps_ += steps;
     return;
   }
-  Stopwatch watch;
-  fluid_->advance(steps);
-  watch.lap(seconds_.fluid);
-  steps_ += steps;
+  const std::int64_t at_once = steps_at_once(), end = steps_ + steps;
+  while (at_once > 1 && end - steps_ > 1 && steps_ahead(std::min(at_once, end - steps_))) continue;
+  while (steps_ < end) step();
 }
 
 void Simulation::step() {
@@ -90,6 +89,62 @@ void Simulation::step() {
     return;
   }
   Stopwatch watch;
+  locate();
+  const fluid::NodeForces forces = exchange(watch);
+  fluid_->collide_and_stream(forces);
+  watch.lap(seconds_.fluid);
+  ++steps_;
+}
+
+// Some steps, at most so many, of which the nodes that bodies meet make each with them and all others follow
+// at once. False, and nothing done, where that gains nothing.
+bool Simulation::steps_ahead(std::int64_t most) {
+  Stopwatch watch;
+  locate();
+  const std::unique_ptr<fluid::StepsAhead> ahead = fluid_->steps_ahead(touched_rows(), most);
+  watch.lap(seconds_.coupling);
+  if (!ahead) return false;
+  const auto let_others_follow = [&, near = seconds_.near] {
+    watch.lap(seconds_.coupling);
+    ahead->let_others_follow();
+    watch.lap(seconds_.fluid);
+    seconds_.fluid.wall += seconds_.near.wall - near.wall;
+    seconds_.fluid.cpu += seconds_.near.cpu - near.cpu;
+  };
+  try {
+    for (std::int64_t made = 0; made < most; ++made) {
+      if (made > 0) {
+        locate();
+        if (!ahead->cover(touched_rows())) break;
+      }
+      const fluid::NodeForces forces = exchange(watch);
+      ahead->collide_and_stream(forces);
+      watch.lap(seconds_.near);
+      ++steps_;
+    }
+  } catch (...) {  // the fluid is then as it is where the same step of all nodes fails
+    let_others_follow();
+    throw;
+  }
+  let_others_follow();
+  return true;
+}
+
+void Simulation::locate() {
+  for (MovingBody* body : coupled_) body->locate();
+}
+
+std::vector<std::int64_t> Simulation::touched_rows() const {
+  std::vector<std::int64_t> rows;
+  for (const MovingBody* body : coupled_) {
+    const std::vector<std::int64_t> more = body->rows();
+    rows.insert(rows.end(), more.begin(), more.end());
+  }
+  return rows;
+}
+
+// One step of the bodies, and what they leave to the fluid.
+fluid::NodeForces Simulation::exchange(Stopwatch& watch) {
   for (MovingBody* body : coupled_) body->interpolate(*fluid_);
   watch.lap(seconds_.coupling);
 
@@ -99,10 +154,7 @@ void Simulation::step() {
   for (MovingBody* body : coupled_) body->spread();
   const fluid::NodeForces forces = on_fluid();
   watch.lap(seconds_.coupling);
-
-  fluid_->collide_and_stream(forces);
-  watch.lap(seconds_.fluid);
-  ++steps_;
+  return forces;
 }
 
 State Simulation::state() const {

@@ -45,8 +45,8 @@ class Simulation {
   /// So many steps. Throws NumericalFailure with the step when a bond, an angle or a marker leaves its range.
   void advance(std::int64_t steps = 1);
 
-  /// How many steps advance() makes best at once; the results are the same. 1 where anything but a fluid
-  /// takes part in each.
+  /// How many steps advance() makes best at once; the results are the same. 1 without a fluid, or where a
+  /// force acts on all of its nodes.
   std::int64_t steps_at_once() const;
 
   /// The state between two steps, and back to one of the same scene: the run then goes on bit by bit as it
@@ -70,6 +70,8 @@ class Simulation {
   };
   struct Seconds {
     Spent fluid, coupling, solid;
+    Spent near;  // of the fluid's: of rows of the fluid that made their steps ahead of the others, with the
+                 // bodies near them
   };
   /// Of the parts of a scene with a fluid; without one, all time is the solid's, and none of it stands here.
   const Seconds& seconds() const { return seconds_; }
@@ -77,7 +79,12 @@ class Simulation {
  private:
   bool is_bare_fluid() const { return fluid_ && bodies_.empty() && !uniform_; }
   fluid::NodeForces on_fluid();
+  std::vector<std::int64_t> touched_rows() const;
   void step();
+  bool steps_ahead(std::int64_t most);
+  void locate();
+  class Stopwatch;
+  fluid::NodeForces exchange(Stopwatch& watch);
 
   std::int64_t steps_ = 0;
   std::unique_ptr<fluid::Fluid> fluid_;              // null without one

@@ -13,8 +13,15 @@ namespace {
 
 using namespace veriflex;
 
-nlohmann::json measure(std::array<std::int64_t, 3> box, fluid::Storage storage, const bond::AnyLaw& law) {
-  fluid::Spec spec{.grid = {box}, .relaxation_time = 1.0, .storage = storage};
+double median(std::vector<double> values) {
+  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2),
+                   values.end());
+  return values[values.size() / 2];
+}
+
+nlohmann::json measure(std::array<std::int64_t, 3> box, double relaxation_time, fluid::Storage storage,
+                       const bond::AnyLaw& law) {
+  fluid::Spec spec{.grid = {box}, .relaxation_time = relaxation_time, .storage = storage};
   measures::Stroke stroke{.fluid = spec,
                           .rod = {2.5, 51, 1.0},
                           .law = law,
@@ -29,52 +36,53 @@ nlohmann::json measure(std::array<std::int64_t, 3> box, fluid::Storage storage, 
                           .ramp_periods = 0.0,
                           .periods = 1,
                           .monitor = {}};
-  scene::Simulation simulation = measures::simulation_of(stroke);
-  simulation.advance();
-  simulation.advance();
-  struct Milliseconds {
-    double fluid, coupling, solid, total;
-  };
-  std::vector<Milliseconds> steps;
-  const double nodes = static_cast<double>(spec.grid.count());
-  for (int i = 0; i < 40; ++i) {  // pairs, because odd and even steps move different data
-    const auto before = simulation.seconds();
-    simulation.advance();
-    simulation.advance();
-    const auto after = simulation.seconds();
-    const double fluid = 500.0 * (after.fluid.wall - before.fluid.wall);
-    const double coupling = 500.0 * (after.coupling.wall - before.coupling.wall);
-    const double solid = 500.0 * (after.solid.wall - before.solid.wall);
-    steps.push_back({fluid, coupling, solid, fluid + coupling + solid});
+  scene::Simulation coupled = measures::simulation_of(stroke);
+  scene::Simulation alone({.fluid = spec});
+  // Odd and even steps move different data.
+  const std::int64_t steps = std::max<std::int64_t>(2, coupled.steps_at_once());
+  const int rounds = steps > 2 ? 15 : 40;
+  coupled.advance(steps);
+  alone.advance(steps);
+  std::vector<double> far, near, coupling, solid, total, bare;
+  for (int i = 0; i < rounds; ++i) {
+    const auto before = coupled.seconds();
+    const double bare_before = alone.seconds().fluid.wall;
+    coupled.advance(steps);
+    alone.advance(steps);
+    const auto after = coupled.seconds();
+    const auto of_step = [&](double seconds) { return 1e3 * seconds / static_cast<double>(steps); };
+    near.push_back(of_step(after.near.wall - before.near.wall));
+    far.push_back(of_step(after.fluid.wall - before.fluid.wall) - near.back());
+    coupling.push_back(of_step(after.coupling.wall - before.coupling.wall));
+    solid.push_back(of_step(after.solid.wall - before.solid.wall));
+    total.push_back(far.back() + near.back() + coupling.back() + solid.back());
+    bare.push_back(of_step(alone.seconds().fluid.wall - bare_before));
   }
-  const auto median = [&](auto part) {
-    std::vector<double> values;
-    for (const Milliseconds& step : steps) values.push_back(part(step));
-    std::nth_element(values.begin(), values.begin() + 20, values.end());
-    return values[20];
-  };
-  const double fluid = median([](const Milliseconds& m) { return m.fluid; });
-  const double coupling = median([](const Milliseconds& m) { return m.coupling; });
-  const double solid = median([](const Milliseconds& m) { return m.solid; });
-  const double total = median([](const Milliseconds& m) { return m.total; });
+  const double nodes = static_cast<double>(spec.grid.count());
   const std::string name = fmt::format("{}x{}x{}", box[0], box[1], box[2]);
   const std::string kind = storage == fluid::Storage::Double ? "double" : "float";
   fmt::print(
-      "{:>12} {:6} {:8}  {:7.2f} ms a step: fluid {:.2f}, coupling {:.3f}, solid {:.3f} ({:.1f} % of the "
-      "fluid)  {:.1f} MLUPS\n",
-      name, kind, bond::name_of(law), total, fluid, coupling, solid, 100.0 * (coupling + solid) / fluid,
-      nodes * 1e-3 / total);
+      "{:>10} tau {:3} {:6} {:8} {:7.2f} ms a step: far {:6.2f}, near {:.2f}, exchange {:.3f}, solid {:.3f}"
+      "  {:.3f} of the fluid alone  {:6.1f} MLUPS, {} steps at once\n",
+      name, relaxation_time, kind, bond::name_of(law), median(total), median(far), median(near),
+      median(coupling), median(solid), median(total) / median(bare), nodes * 1e-3 / median(total),
+      coupled.steps_at_once());
   return {{"box", name},
+          {"relaxation_time", relaxation_time},
           {"storage", kind},
           {"law", bond::name_of(law)},
           {"threads", omp_get_max_threads()},
-          {"ms_fluid", fluid},
-          {"ms_coupling", coupling},
-          {"ms_solid", solid},
-          {"ms_total", total},
-          {"coupled_nodes", simulation.body().coupled().size()},
-          {"touched_nodes", simulation.body().touched_nodes()},
-          {"mlups", nodes * 1e-3 / total}};
+          {"steps_at_once", coupled.steps_at_once()},
+          {"ms_far", median(far)},
+          {"ms_near", median(near)},
+          {"ms_coupling", median(coupling)},
+          {"ms_solid", median(solid)},
+          {"ms_total", median(total)},
+          {"ms_fluid_alone", median(bare)},
+          {"coupled_over_alone", median(total) / median(bare)},
+          {"coupled_nodes", coupled.body().coupled().size()},
+          {"touched_nodes", coupled.body().touched_nodes()},
+          {"mlups", nodes * 1e-3 / median(total)}};
 }
 
 }  // namespace
@@ -93,8 +101,10 @@ int main(int argc, char** argv) {
     });
     nlohmann::json runs = nlohmann::json::array();
     for (const auto& box : {std::array<std::int64_t, 3>{40, 112, 80}, {64, 416, 400}}) {
-      for (const fluid::Storage storage : {fluid::Storage::Double, fluid::Storage::Float}) {
-        for (const bond::AnyLaw& law : {harmonic, fene}) runs.push_back(measure(box, storage, law));
+      for (const double tau : {1.0, 0.9}) {  // of moments, of populations
+        for (const fluid::Storage storage : {fluid::Storage::Double, fluid::Storage::Float}) {
+          for (const bond::AnyLaw& law : {harmonic, fene}) runs.push_back(measure(box, tau, storage, law));
+        }
       }
     }
     if (!output.empty()) io::write_file(output, nlohmann::json{{"runs", runs}}.dump(2) + "\n");
