@@ -43,9 +43,12 @@ double support(double x, std::array<double, 4>& weights) {
   static_assert(K::width <= 4);
   const double first =
       K::width % 2 == 0 ? std::floor(x) - (K::width / 2 - 1) : std::round(x) - (K::width - 1) / 2;
-  for (int i = 0; i < K::width; ++i)
-    weights[static_cast<std::size_t>(i)] =
-        K::phi(first + i - x + (planted(Mutant::support_shifted) ? 0.01 : 0.0));
+  const double shift = planted(Mutant::support_shifted) ? 0.01 : 0.0;
+  if constexpr (requires { K::weigh(x, weights); }) {
+    K::weigh(x - shift - (first + 1.0), weights);
+  } else {
+    for (int i = 0; i < K::width; ++i) weights[static_cast<std::size_t>(i)] = K::phi(first + i - x + shift);
+  }
   return first;
 }
 

@@ -2,7 +2,8 @@
 /// its kernel.
 ///
 /// A kernel is its weights along one axis; the weight of a node is the product over the axes. Adding one: a
-/// file in kernels/ and a line in kernels.cmake.
+/// file in kernels/ and a line in kernels.cmake. One of four nodes may have a faster way to all four weights,
+/// `weigh(inside, weights)`, of a marker between the second and the third.
 #pragma once
 
 #include <concepts>

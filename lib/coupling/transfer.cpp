@@ -1,6 +1,7 @@
 #include "coupling/transfer.hpp"
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include <algorithm>
 
@@ -16,6 +17,15 @@ std::int64_t into(std::int64_t at, std::int64_t size) {
   const std::int64_t rest = at % size;
   return rest < 0 ? rest + size : rest;
 }
+
+/// The same of what a support reaches beyond a box that it begins in, without a division.
+std::int64_t back(std::int64_t at, std::int64_t size) {
+  while (at >= size) at -= size;  // more than once only in a box below the support's width
+  return at;
+}
+
+/// So many markers share their work among threads.
+constexpr std::size_t worth_threads = 5000;
 
 constexpr double farthest = 1e15;  // beyond, neighbouring nodes are not told apart
 
@@ -60,18 +70,28 @@ void Transfer::locate_with(const Positions& X) {
     std::array<std::int64_t, 3> first;
     std::array<std::array<double, 4>, 3> weights;
   };
-  std::vector<Support> supports(markers);
   for (std::size_t m = 0; m < markers; ++m) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const double x = X(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(axis));
-      if (!(std::abs(x) < farthest)) {
-        throw NumericalFailure(
-            fmt::format("marker {} is at {} = {}, which is no place in the box", m, "xyz"[axis], x),
-            FailureMode::Marker);
-      }
-      Support& s = supports[m];
-      s.first[axis] = static_cast<std::int64_t>(support<K>(x, s.weights[axis]));
+      if (std::abs(x) < farthest) continue;
+      throw NumericalFailure(
+          fmt::format("marker {} is at {} = {}, which is no place in the box", m, "xyz"[axis], x),
+          FailureMode::Marker);
+    }
+  }
+  std::vector<Support> supports(markers);
+#pragma omp parallel for schedule(static) if (markers >= worth_threads)
+  for (std::size_t m = 0; m < markers; ++m) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double x = X(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(axis));
+      supports[m].first[axis] = static_cast<std::int64_t>(support<K>(x, supports[m].weights[axis]));
+    }
+  }
+  for (std::size_t m = 0; m < markers; ++m) {
+    Support& s = supports[m];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
       if (closed_[axis]) {
+        const double x = X(static_cast<Eigen::Index>(m), static_cast<Eigen::Index>(axis));
         for (std::size_t i = 0; i < width; ++i) {
           const std::int64_t node = s.first[axis] + static_cast<std::int64_t>(i);
           if (s.weights[axis][i] == 0.0 || (node >= 0 && node < grid_.size[axis])) continue;
@@ -84,7 +104,6 @@ void Transfer::locate_with(const Positions& X) {
       s.first[axis] = into(s.first[axis], grid_.size[axis]);
     }
     if (solid_.empty()) continue;
-    const Support& s = supports[m];
     for (std::size_t n = 0; n < width * width * width; ++n) {
       const std::size_t l = n % width, j = n / width % width, k = n / (width * width);
       if (s.weights[0][l] * s.weights[1][j] * s.weights[2][k] == 0.0) continue;
@@ -109,9 +128,9 @@ void Transfer::locate_with(const Positions& X) {
     const auto& first = supports[m].first;
     const std::int64_t last = first[0] + static_cast<std::int64_t>(width) - 1;
     for (std::size_t k = 0; k < width; ++k) {
-      const std::int64_t z = into(first[2] + static_cast<std::int64_t>(k), grid_.size[2]);
+      const std::int64_t z = back(first[2] + static_cast<std::int64_t>(k), grid_.size[2]);
       for (std::size_t j = 0; j < width; ++j, ++i) {
-        const std::int64_t y = into(first[1] + static_cast<std::int64_t>(j), grid_.size[1]);
+        const std::int64_t y = back(first[1] + static_cast<std::int64_t>(j), grid_.size[1]);
         std::int32_t& number = row_at_[static_cast<std::size_t>(y + grid_.size[1] * z)];
         if (number < 0) {
           number = static_cast<std::int32_t>(rows_.size());
@@ -124,32 +143,32 @@ void Transfer::locate_with(const Positions& X) {
       }
     }
   }
-  std::int64_t slots = 0;
+  std::int64_t slot_count = 0;
   for (Row& row : rows_) {
-    row.offset = slots;
-    slots += std::min(row.to - row.from + 1, grid_.size[0]);
+    row.offset = slot_count;
+    slot_count += std::min(row.to - row.from + 1, grid_.size[0]);
   }
 
   // The distinct nodes in the order in which markers meet them, and for each marker their places and weights.
-  place_of_slot_.assign(static_cast<std::size_t>(slots), -1);
+  place_of_slot_.assign(static_cast<std::size_t>(slot_count), -1);
   nodes_.clear();
   place_.resize(markers * width * width * width);
   weight_.resize(place_.size());
+  const std::int64_t nx = grid_.size[0];
   for (std::size_t m = 0, i = 0, n = 0; m < markers; ++m) {
     const Support& s = supports[m];
     for (std::size_t k = 0; k < width; ++k) {
       for (std::size_t j = 0; j < width; ++j, ++i) {
         const Row& row = rows_[static_cast<std::size_t>(row_of_[i])];
         const double weight_yz = s.weights[1][j] * s.weights[2][k];
-        for (std::size_t l = 0; l < width; ++l, ++n) {
-          const std::int64_t x = s.first[0] + static_cast<std::int64_t>(l);
-          std::int64_t slot = x - row.from;
-          while (slot >= grid_.size[0])
-            slot -= grid_.size[0];  // more than once only in a box below the support's width
-          std::int32_t& place = place_of_slot_[static_cast<std::size_t>(row.offset + slot)];
+        std::int32_t* const slots = place_of_slot_.data() + row.offset;
+        std::int64_t slot = s.first[0] - row.from;
+        for (std::size_t l = 0; l < width; ++l, ++n, ++slot) {
+          slot = back(slot, nx);
+          std::int32_t& place = slots[slot];
           if (place < 0) {
             place = static_cast<std::int32_t>(nodes_.size());
-            nodes_.push_back(row.start + into(x, grid_.size[0]));
+            nodes_.push_back(row.start + back(s.first[0] + static_cast<std::int64_t>(l), nx));
           }
           place_[n] = place;
           weight_[n] = s.weights[0][l] * weight_yz;
@@ -171,6 +190,7 @@ void Transfer::interpolate(const Positions& at_nodes, Positions& at_markers) con
   const auto markers = static_cast<std::int64_t>(row_of_.size()) / (width() * width());
   const std::int64_t support = width() * width() * width();
   at_markers.resize(markers, 3);
+#pragma omp parallel for schedule(static) if (static_cast <std::size_t>(markers) >= worth_threads)
   for (std::int64_t m = 0; m < markers; ++m) {
     double sum[3] = {0.0, 0.0, 0.0};
     for (std::int64_t n = m * support;
@@ -185,14 +205,23 @@ void Transfer::interpolate(const Positions& at_nodes, Positions& at_markers) con
 
 void Transfer::spread(const Positions& at_markers, Positions& at_nodes) const {
   const std::int64_t support = width() * width() * width();
-  at_nodes.setZero(static_cast<Eigen::Index>(nodes_.size()), 3);
-  for (std::int64_t m = 0; m < at_markers.rows(); ++m) {
-    const double force[3] = {at_markers(m, 0), at_markers(m, 1), at_markers(m, 2)};
-    for (std::int64_t n = m * support; n < (m + 1) * support; ++n) {
-      const auto place = static_cast<Eigen::Index>(place_[static_cast<std::size_t>(n)]);
-      const double weight = planted(Mutant::spread_evenly) ? 1.0 / static_cast<double>(support)
-                                                           : weight_[static_cast<std::size_t>(n)];
-      for (int axis = 0; axis < 3; ++axis) at_nodes(place, axis) += weight * force[axis];
+  const auto nodes = static_cast<std::int64_t>(nodes_.size());
+  at_nodes.setZero(nodes, 3);
+  const bool alone = static_cast<std::size_t>(at_markers.rows()) < worth_threads;
+  const std::int64_t parts = alone ? 1 : omp_get_max_threads();
+  // Each thread has nodes of its own, and adds up markers in their order, however many threads there are.
+#pragma omp parallel for schedule(static) num_threads(static_cast <int>(parts)) if (parts > 1)
+  for (std::int64_t part = 0; part < parts; ++part) {
+    const std::int64_t begin = nodes * part / parts, end = nodes * (part + 1) / parts;
+    for (std::int64_t m = 0; m < at_markers.rows(); ++m) {
+      const double force[3] = {at_markers(m, 0), at_markers(m, 1), at_markers(m, 2)};
+      for (std::int64_t n = m * support; n < (m + 1) * support; ++n) {
+        const auto place = static_cast<Eigen::Index>(place_[static_cast<std::size_t>(n)]);
+        if (place < begin || place >= end) continue;
+        const double weight = planted(Mutant::spread_evenly) ? 1.0 / static_cast<double>(support)
+                                                             : weight_[static_cast<std::size_t>(n)];
+        for (int axis = 0; axis < 3; ++axis) at_nodes(place, axis) += weight * force[axis];
+      }
     }
   }
 }

@@ -138,6 +138,8 @@ struct State {
 class StepsAhead {
  public:
   virtual ~StepsAhead() = default;
+  /// How many they may be; fewer are as good.
+  virtual std::int64_t most() const = 0;
   /// Whether these rows, y + ny z of each, are among those that are ahead: only there are velocities and
   /// populations known and may forces act until the others have followed.
   virtual bool cover(std::span<const std::int64_t> rows) const = 0;

@@ -20,6 +20,8 @@ class NearRows {
   /// times), and those beside them, so that what touches them may move on a little.
   NearRows(const RowGrid& grid, std::span<const std::int64_t> touched, std::int64_t steps);
 
+  std::int64_t steps() const { return steps_; }
+
   /// How many rows make at least one step ahead.
   std::int64_t count() const { return static_cast<std::int64_t>(rows_.size()); }
 

@@ -15,6 +15,7 @@
 #include "fluid/subnormals.hpp"
 #include "fluid/sweep.hpp"
 #include "fluid/threads.hpp"
+#include "fluid/unroll.hpp"
 
 namespace veriflex::fluid {
 
@@ -112,10 +113,13 @@ class PopulationFluid final : public Fluid {
   std::int64_t steps_at_once() const override { return blocking().steps; }
 
   std::unique_ptr<StepsAhead> steps_ahead(std::span<const std::int64_t> rows, std::int64_t most) override {
-    if (std::min(blocking().steps, most) < 2) return nullptr;
-    auto ahead = std::make_unique<Ahead>(*this, NearRows(row_grid(), rows, most));
-    // Those ahead make their steps one by one, which must be worth what it spares the others.
-    return 2 * ahead->count() < lattice_.ny * lattice_.nz ? std::move(ahead) : nullptr;
+    // Those ahead make their steps one by one, and there are the more of them the longer a block is.
+    for (std::int64_t steps = std::min(blocking().steps, most); steps > 1; steps /= 2) {
+      NearRows near(row_grid(), rows, steps);
+      if (3 * near.count() < lattice_.ny * lattice_.nz)
+        return std::make_unique<Ahead>(*this, std::move(near));
+    }
+    return nullptr;
   }
 
   void populations(std::span<const std::int64_t> nodes, std::span<Populations> h) const override {
@@ -157,7 +161,7 @@ class PopulationFluid final : public Fluid {
     Ahead(PopulationFluid& fluid, NearRows near)
         : fluid_(fluid), near_(std::move(near)), first_(fluid.steps_), rows_(fluid.rows_of_next_steps()) {}
 
-    std::int64_t count() const { return near_.count(); }
+    std::int64_t most() const override { return near_.steps(); }
     bool cover(std::span<const std::int64_t> rows) const override { return near_.cover(rows); }
 
     void collide_and_stream(const NodeForces& forces) override {
@@ -278,9 +282,40 @@ class PopulationFluid final : public Fluid {
     return slot(opposite(q), neighbour(spec_.grid, at, q, -1));
   }
 
+  /// The same of all its populations. Nodes beside walls apart, a neighbour's place is looked up per axis.
+  std::array<Real*, Q> all_arriving(std::int64_t node) const {
+    std::array<Real*, Q> slots;
+    const auto at = spec_.grid.node(node);
+    if (is_beside_wall(at)) {
+      for (int q = 0; q < Q; ++q) slots[static_cast<std::size_t>(q)] = arriving(q, node);
+      return slots;
+    }
+    // Where a population with c_i = 1, 0, -1 comes from.
+    std::int64_t from[3][3];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (int v = -1; v <= 1; ++v)
+        from[axis][v + 1] = odd() ? spec_.grid.wrap(at[axis] - v, axis) : at[axis];
+    }
+    for (std::int64_t& x : from[0]) x = place_[static_cast<std::size_t>(x)];
+    for_each_population([&](auto q) {
+      constexpr auto v = c[static_cast<std::size_t>(q())];
+      slots[q()] = lattice_.slots[odd() ? opposite(q) : q()] +
+                   lattice_.row(from[1][v[1] + 1], from[2][v[2] + 1]) + from[0][v[0] + 1];
+    });
+    return slots;
+  }
+
+  bool is_beside_wall(const std::array<std::int64_t, 3>& at) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (lattice_.closed[axis] && (at[axis] == 0 || at[axis] == spec_.grid.size[axis] - 1)) return true;
+    }
+    return false;
+  }
+
   Populations arriving(std::int64_t node) const {
+    const std::array<Real*, Q> slots = all_arriving(node);
     Populations h;
-    for (int q = 0; q < Q; ++q) h[static_cast<std::size_t>(q)] = static_cast<double>(*arriving(q, node));
+    for (std::size_t q = 0; q < Q; ++q) h[q] = static_cast<double>(*slots[q]);
     return h;
   }
 
@@ -354,21 +389,18 @@ class PopulationFluid final : public Fluid {
     }
   }
 
-  /// Between the sweep and the exchange of cut links, a population that left `node` along q stands where its
-  /// target would find it without obstacles.
+  /// Between the sweep and the exchange of cut links, a population that left a node along q stands where the
+  /// opposite one came from.
   void add(const NodeForces& forces) {
     const auto count = static_cast<std::int64_t>(forces.nodes.size());
     // A slot is reached from one node only: threads do not meet.
 #pragma omp parallel for schedule(static) if (count > 1000)
     for (std::int64_t i = 0; i < count; ++i) {
-      const std::int64_t node = forces.nodes[static_cast<std::size_t>(i)];
-      const auto at = spec_.grid.node(node);
+      const std::array<Real*, Q> slots = all_arriving(forces.nodes[static_cast<std::size_t>(i)]);
       const Vec3 g = forces.force->row(i);
       for (int q = 1; q < Q; ++q) {
         const double kick = (planted(Mutant::node_force_halved) ? 1.5 : 3.0) * w(q) * along(q, g);
-        const bool stays = !odd() || crossed_wall(spec_, at, q) >= 0;
-        Real* const target = stays ? slot(opposite(q), node) : slot(q, neighbour(spec_.grid, at, q));
-        *target += static_cast<Real>(kick);
+        *slots[static_cast<std::size_t>(opposite(q))] += static_cast<Real>(kick);
       }
     }
   }

@@ -32,6 +32,7 @@ Run::Run(scene::Simulation& simulation, const MonitorSpec& spec, std::vector<Obs
   }
   guarded([&] {
     check_now();
+    look_at_bodies();
     observe(false);
   });
 }
@@ -56,7 +57,8 @@ void Run::advance(std::int64_t steps, std::int64_t planned) {
   guarded([&] {
     const std::int64_t end = simulation_.steps() + steps, at_once = simulation_.steps_at_once();
     while (simulation_.steps() < end) {
-      simulation_.advance(steps_to_next(std::min(at_once, end - simulation_.steps())));
+      simulation_.advance(steps_to_next(std::min(at_once, end - simulation_.steps())),
+                          [this] { look_at_bodies(); });
       if (simulation_.steps() % spec_.every == 0) check_now();
       observe(false);
       progress_.show(name_.empty() ? "steps" : name_, static_cast<std::size_t>(simulation_.steps()),
@@ -69,8 +71,9 @@ void Run::advance(std::int64_t steps, std::int64_t planned) {
 std::int64_t Run::steps_to_next(std::int64_t most) const {
   const auto is_due = [this](std::int64_t step) {
     return step % spec_.every == 0 ||
-           std::any_of(observers_.begin(), observers_.end(),
-                       [=](const Observer& observer) { return observer.due.at(step); });
+           std::any_of(observers_.begin(), observers_.end(), [=](const Observer& observer) {
+             return !observer.at_bodies && observer.due.at(step);
+           });
   };
   std::int64_t steps = 1;
   while (steps < most && !is_due(simulation_.steps() + steps)) ++steps;
@@ -104,9 +107,16 @@ void Run::observe(bool at_end) {
   const std::int64_t step = simulation_.steps();
   for (const Observer& observer : observers_) {
     const bool due = observer.due.at(step);
-    if (at_end ? !due && ended_ != step : due) observer.look(simulation_);
+    if (at_end ? !due && ended_ != step : due && !observer.at_bodies) observer.look(simulation_);
   }
   if (at_end) ended_ = step;
+}
+
+// Of each step, be the fluid behind or not.
+void Run::look_at_bodies() {
+  for (const Observer& observer : observers_) {
+    if (observer.at_bodies && observer.due.at(simulation_.steps())) observer.look(simulation_);
+  }
 }
 
 void Run::check_now() {

@@ -24,6 +24,7 @@ struct Due {
 struct Observer {
   Due due;
   std::function<void(const scene::Simulation&)> look;
+  bool at_bodies = false;  // alone: the fluid may make many steps at once meanwhile
 };
 
 /// A run that looks after its scene: before the first step, after every monitor.every-th and after the last,
@@ -66,6 +67,7 @@ class Run {
   void guarded(Work work);
   void check_now();
   void observe(bool at_end);
+  void look_at_bodies();
   void warn_of_contacts();
   std::int64_t steps_to_next(std::int64_t most) const;
 

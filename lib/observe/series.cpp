@@ -166,6 +166,7 @@ Series forces(const scene::Scene& scene) {
       for (std::size_t i = 0; i < simulation.body_count(); ++i) add(*moments, simulation.body(i).momentum());
     };
   }
+  series.at_bodies = !obstacle;
   series.row = [moments, is_supported, obstacle, shores](const Simulation& simulation) {
     std::vector<double> row;
     const std::size_t bodies = simulation.body_count();
@@ -220,6 +221,7 @@ bool is_solid(const scene::Body& body) {
 
 Series rigid_motion(const scene::Scene& scene) {
   Series series;
+  series.at_bodies = true;
   for (const scene::Body& body : scene.bodies) {
     if (body.motion) continue;
     add_vector(series.columns, body.name, "L", "centre of mass, not wrapped");
@@ -259,6 +261,7 @@ Series rigid_motion(const scene::Scene& scene) {
 
 Series deformation(const scene::Scene& scene) {
   Series series;
+  series.at_bodies = true;
   std::vector<bool> wanted;
   for (const scene::Body& body : scene.bodies) {
     wanted.push_back(!body.motion && is_solid(body));
@@ -287,6 +290,7 @@ Series deformation(const scene::Scene& scene) {
 
 Series strains(const scene::Scene& scene) {
   Series series;
+  series.at_bodies = true;
   for (const scene::Body& body : scene.bodies) {
     if (body.motion) continue;
     series.columns.push_back(
@@ -331,6 +335,7 @@ Series strains(const scene::Scene& scene) {
 
 Series slip(const scene::Scene& scene) {
   Series series;
+  series.at_bodies = true;
   series.from_start = false;
   for (const scene::Body& body : scene.bodies) {
     if (!is_coupled(scene, body)) continue;

@@ -20,6 +20,8 @@ struct Series {
   bool from_start = true;
   /// What must see the start and every step, due or not; empty: nothing.
   std::function<void(const scene::Simulation&)> every_step{};
+  /// Whether both look at bodies alone.
+  bool at_bodies = false;
   /// What it keeps from one call to the next: put back, a series goes on bit by bit; null: nothing.
   std::shared_ptr<std::vector<double>> memory{};
 };

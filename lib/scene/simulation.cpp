@@ -68,7 +68,7 @@ fluid::NodeForces Simulation::on_fluid() {
 
 std::int64_t Simulation::steps_at_once() const { return fluid_ && !uniform_ ? fluid_->steps_at_once() : 1; }
 
-void Simulation::advance(std::int64_t steps) {
+void Simulation::advance(std::int64_t steps, const std::function<void()>& after_each) {
   if (is_bare_fluid()) {
     Stopwatch watch;
     fluid_->advance(steps);
@@ -77,8 +77,12 @@ void Simulation::advance(std::int64_t steps) {
     return;
   }
   const std::int64_t at_once = steps_at_once(), end = steps_ + steps;
-  while (at_once > 1 && end - steps_ > 1 && steps_ahead(std::min(at_once, end - steps_))) continue;
-  while (steps_ < end) step();
+  while (at_once > 1 && end - steps_ > 1 && steps_ahead(std::min(at_once, end - steps_), after_each))
+    continue;
+  while (steps_ < end) {
+    step();
+    if (after_each) after_each();
+  }
 }
 
 void Simulation::step() {
@@ -98,7 +102,7 @@ void Simulation::step() {
 
 // Some steps, at most so many, of which the nodes that bodies meet make each with them and all others follow
 // at once. False, and nothing done, where that gains nothing.
-bool Simulation::steps_ahead(std::int64_t most) {
+bool Simulation::steps_ahead(std::int64_t most, const std::function<void()>& after_each) {
   Stopwatch watch;
   locate();
   const std::unique_ptr<fluid::StepsAhead> ahead = fluid_->steps_ahead(touched_rows(), most);
@@ -112,7 +116,7 @@ bool Simulation::steps_ahead(std::int64_t most) {
     seconds_.fluid.cpu += seconds_.near.cpu - near.cpu;
   };
   try {
-    for (std::int64_t made = 0; made < most; ++made) {
+    for (std::int64_t made = 0; made < ahead->most(); ++made) {
       if (made > 0) {
         locate();
         if (!ahead->cover(touched_rows())) break;
@@ -121,6 +125,7 @@ bool Simulation::steps_ahead(std::int64_t most) {
       ahead->collide_and_stream(forces);
       watch.lap(seconds_.near);
       ++steps_;
+      if (after_each) after_each();
     }
   } catch (...) {  // the fluid is then as it is where the same step of all nodes fails
     let_others_follow();

@@ -7,6 +7,7 @@
 /// what it has.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -42,8 +43,10 @@ class Simulation {
   /// NumericalFailure.
   explicit Simulation(Scene scene);
 
-  /// So many steps. Throws NumericalFailure with the step when a bond, an angle or a marker leaves its range.
-  void advance(std::int64_t steps = 1);
+  /// So many steps. `after_each` is called after each of them where there is a body: it may look at bodies,
+  /// but not at the fluid, which may be a block of steps behind. Throws NumericalFailure with the step when a
+  /// bond, an angle or a marker leaves its range.
+  void advance(std::int64_t steps = 1, const std::function<void()>& after_each = {});
 
   /// How many steps advance() makes best at once; the results are the same. 1 without a fluid, or where a
   /// force acts on all of its nodes.
@@ -81,7 +84,7 @@ class Simulation {
   fluid::NodeForces on_fluid();
   std::vector<std::int64_t> touched_rows() const;
   void step();
-  bool steps_ahead(std::int64_t most);
+  bool steps_ahead(std::int64_t most, const std::function<void()>& after_each);
   void locate();
   class Stopwatch;
   fluid::NodeForces exchange(Stopwatch& watch);

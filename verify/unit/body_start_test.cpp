@@ -111,6 +111,15 @@ TEST_CASE("Energy that comes from nowhere ends a run just beyond leap-frog's lim
   CHECK(end_of(pair(1e-3, 0.99 * limit), limits, 2000) == FailureMode::Energy);
 }
 
+TEST_CASE("Energy that is lost ends a run as energy that is won does") {
+  scene::Body slowed = pair(1e-3, 2.0 * k);
+  slowed.conditions.drag = 0.1 * k;
+  const observe::BodyLimits limits{.energy_growth = 0.5};
+  CHECK(end_of(slowed, limits, 2000) == FailureMode::Energy);
+  slowed.conditions.drag = 0.0;
+  CHECK(end_of(slowed, limits, 2000) == std::nullopt);
+}
+
 TEST_CASE("A dead load puts energy in by its work") {
   scene::Body body = block({1, 1, 2});
   body.conditions.fixed = solid::FixedDofs::Constant(2, 3, false);

@@ -11,6 +11,7 @@
 #include "scene/markers.hpp"
 #include "scene/simulation.hpp"
 #include "solid/network.hpp"
+#include "thread_count.hpp"
 
 using namespace veriflex;
 using namespace veriflex::coupling;
@@ -81,6 +82,22 @@ TEST_CASE("Spreading is the adjoint of interpolating") {
     transfer.interpolate(u, at_markers);
     CHECK(g.cwiseProduct(u).sum() == Approx(F.cwiseProduct(at_markers).sum()).epsilon(1e-12));
   }
+}
+
+TEST_CASE("Many markers share their work among threads, and every sum is the same") {
+  const Grid wide{{40, 30, 50}};
+  const Positions X = scattered(6000, 30.0, 6);
+  const auto with = [&](int threads) {
+    const unit::Threads some(threads);
+    Transfer transfer(wide, periodic, Delta::Cosine);
+    transfer.locate(X);
+    Positions g, at_markers;
+    transfer.spread(X, g);
+    transfer.interpolate(g, at_markers);
+    return std::pair(g, at_markers);
+  };
+  const auto alone = with(1);
+  for (const int threads : {2, 3, 7}) CHECK(with(threads) == alone);
 }
 
 TEST_CASE("A body and the fluid together keep their momentum to round-off") {

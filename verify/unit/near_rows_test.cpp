@@ -11,6 +11,7 @@
 #include "base/stop.hpp"
 #include "catch.hpp"
 #include "driven_bar.hpp"
+#include "observe/run.hpp"
 
 using namespace veriflex;
 using namespace veriflex::unit;
@@ -185,11 +186,38 @@ TEST_CASE(
     return std::pair(why, simulation.state());
   };
   const auto plain = failing(1), blocked = failing(7);
-  INFO(plain.first << plain.second.steps << " " << displacement(plain.second).row(15) << " " << displacement(plain.second).row(11));
+  INFO(plain.first << plain.second.steps << " " << displacement(plain.second).row(15) << " "
+                   << displacement(plain.second).row(11));
   CHECK(plain.first.find("bond") != std::string::npos);
   CHECK(plain.second.steps % 7 != 0);
   CHECK(blocked.first == plain.first);
   CHECK(are_same(blocked.second, plain.second));
+}
+
+TEST_CASE("A run looks at bodies after each step and at the fluid when it is due, in a block or not") {
+  const auto seen = [](fluid::Blocking blocking) {
+    scene::Scene scene = disordered({0.7, false, false}, {5.0, 10.0, 15.0});
+    scene.fluid->grid.size = {12, 40, 40};
+    scene.fluid->blocking = blocking;
+    scene::Simulation simulation(scene);
+    Progress progress("");
+    std::vector<Positions> places;
+    std::vector<Vec3> momenta;
+    const observe::Observer body{
+        {1.0}, [&](const scene::Simulation& now) { places.push_back(now.body().positions()); }, true};
+    const observe::Observer fluid{
+        {7.5}, [&](const scene::Simulation& now) { momenta.push_back(now.fluid().totals().momentum); }};
+    observe::Run run(simulation, {.every = 10}, {body, fluid}, "", progress);
+    run.advance(13, 50);
+    run.advance(37, 50);
+    run.finish();
+    CHECK((simulation.seconds().near.wall > 0.0) == (blocking.steps > 1));
+    return std::pair(places, momenta);
+  };
+  const auto plain = seen({1, 8});
+  CHECK(plain.first.size() == 51);
+  CHECK(plain.second.size() == 8);
+  CHECK(seen({6, 8}) == plain);
 }
 
 TEST_CASE("A stop in the midst of a block of bodies and fluid is seen") {

@@ -2,6 +2,7 @@
 /// [wu-qi-2014, Eq. 8; peskin-2002]
 #pragma once
 
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -19,6 +20,14 @@ struct Cosine {
     return std::abs(d) < 2.0 ? (planted(Mutant::delta_scaled) ? 0.24975 : 0.25) *
                                    (1.0 + std::cos(0.5 * std::numbers::pi * d))
                              : 0.0;
+  }
+
+  /// Of the four nodes around a marker, `inside` beyond the second: one sine and cosine for all of them.
+  static void weigh(double inside, std::array<double, 4>& weights) {
+    const double angle = 0.5 * std::numbers::pi * inside;
+    const double scale = planted(Mutant::delta_scaled) ? 0.24975 : 0.25;
+    const double sine = scale * std::sin(angle), cosine = scale * std::cos(angle);
+    weights = {scale - sine, scale + cosine, scale + sine, scale - cosine};
   }
 };
 static_assert(DeltaKernel<Cosine>);

@@ -13,6 +13,7 @@ struct CosineBall {
   static constexpr int width = 4;
   static constexpr bool in_ball = true;
   static double phi(double d) { return Cosine::phi(d); }
+  static void weigh(double inside, std::array<double, 4>& weights) { Cosine::weigh(inside, weights); }
 };
 static_assert(DeltaKernel<CosineBall>);
 

@@ -174,7 +174,7 @@ double Stroke::period() const { return 2.0 * std::numbers::pi / omega(); }
 
 namespace {
 
-/// Looks at a stroke after each of its steps.
+/// Looks at the body after each step of its stroke.
 class StrokeObserver {
  public:
   StrokeObserver(const Stroke& stroke, StrokeResult& seen)
@@ -212,7 +212,7 @@ class StrokeObserver {
     return force;
   }
 
-  /// Centre lines, and the flow, at the phases passed in this step.
+  /// Centre lines at the phases passed in this step.
   void add_phases(const scene::Simulation& simulation, const Positions& now) {
     const auto time = static_cast<double>(simulation.steps());
     for (; next_phase_ * period_ / phases_per_period <= time &&
@@ -223,10 +223,6 @@ class StrokeObserver {
       const Positions between = (1.0 - part) * before_ + part * now;
       seen_.lines.push_back(line_of(between, places_.axis));
       seen_.centre.push_back(between.colwise().mean().transpose());
-      const int into_last = next_phase_ - (stroke_.periods - 1) * phases_per_period;
-      if (stroke_.film == 0 || into_last <= 0) continue;
-      seen_.film.push_back(
-          frame_of(simulation.fluid(), stroke_, static_cast<double>(into_last) / phases_per_period));
     }
   }
 
@@ -254,6 +250,15 @@ class StrokeObserver {
   double momentum_before_ = 0.0;
 };
 
+/// The flow at the phases of the last period, each in the step nearest to it.
+void film(const scene::Simulation& simulation, const Stroke& stroke, StrokeResult& seen) {
+  const double phases = static_cast<double>(simulation.steps()) * phases_per_period / stroke.period();
+  const auto into_last = std::llround(phases) - (stroke.periods - 1) * phases_per_period;
+  if (into_last <= 0 || into_last > phases_per_period) return;
+  seen.film.push_back(
+      frame_of(simulation.fluid(), stroke, static_cast<double>(into_last) / phases_per_period));
+}
+
 }  // namespace
 
 void run_stroke(const Stroke& stroke, const std::string& name, Progress& progress, StrokeResult& seen) {
@@ -262,9 +267,12 @@ void run_stroke(const Stroke& stroke, const std::string& name, Progress& progres
   seen.work.assign(static_cast<std::size_t>(stroke.periods), 0.0);
   seen.steps = static_cast<std::int64_t>(std::ceil(stroke.periods * stroke.period()));
   StrokeObserver observer(stroke, seen);
-  const observe::Due each_step{1.0};
-  observe::Run run(simulation, stroke.monitor,
-                   {{each_step, [&](const scene::Simulation& now) { observer.look(now); }}}, name, progress);
+  const observe::Due each_step{1.0}, each_phase{stroke.period() / phases_per_period};
+  std::vector<observe::Observer> observers{
+      {each_step, [&](const scene::Simulation& now) { observer.look(now); }, true}};
+  if (stroke.film > 0)
+    observers.push_back({each_phase, [&](const scene::Simulation& now) { film(now, stroke, seen); }});
+  observe::Run run(simulation, stroke.monitor, std::move(observers), name, progress);
   run.advance(seen.steps, seen.steps);
   run.finish();
   seen.max_mach = run.max_mach();

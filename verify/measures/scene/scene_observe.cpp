@@ -368,20 +368,23 @@ std::shared_ptr<std::vector<double>> add_observers(const Observation& o, const s
     return steps;
   }
   if (o.series == nullptr) {
-    observers.push_back({o.due, [&records, at, o](const scene::Simulation& simulation) {
-                           append_now(o, simulation, records[at]);
-                         }});
+    observers.push_back(
+        {o.due,
+         [&records, at, o](const scene::Simulation& simulation) { append_now(o, simulation, records[at]); },
+         o.places.empty()});
     return nullptr;
   }
   const observe::Series series = o.series(scene);
-  if (series.every_step) observers.push_back({observe::Due{1.0}, series.every_step});
-  observers.push_back({o.due, [&records, at, series](const scene::Simulation& simulation) {
+  if (series.every_step) observers.push_back({observe::Due{1.0}, series.every_step, series.at_bodies});
+  observers.push_back({o.due,
+                       [&records, at, series](const scene::Simulation& simulation) {
                          if (simulation.steps() == 0 && !series.from_start) return;
                          std::vector<double> row = series.row(simulation);
                          const auto step = static_cast<double>(simulation.steps());
                          row.insert(row.begin(), {step, step});
                          records[at].append(row);
-                       }});
+                       },
+                       series.at_bodies});
   return series.memory;
 }
 
