@@ -110,6 +110,16 @@ std::size_t index_of_reference(const std::string& id, Case& c, const Shelf& shel
   return c.references.size() - 1;
 }
 
+// Of the reference's value that a metric is held against; a study's numbers (a boundary, an order) have none
+// of their own.
+void need_dimension(const std::string& dimension, const Check& check, const Case& c, const io::Table& s) {
+  for (const observe::Metric& metric : measured(c.study)) {
+    if (metric.name != check.measure || metric.dimension.empty() || metric.dimension == dimension) continue;
+    s.fail("metric", fmt::format("'{}' has dimension {}", metric.name, metric.dimension),
+           fmt::format("the reference's value has {}", dimension), "Compare numbers of the same dimension");
+  }
+}
+
 void read_target(const io::Table& s, Check& check, Case& c, const Shelf& shelf) {
   if (s.has("target") == s.has("reference")) {
     throw InputError(s.place(),
@@ -143,6 +153,7 @@ void read_target(const io::Table& s, Check& check, Case& c, const Shelf& shelf) 
            fmt::format("reference '{}' has no value '{}'", reference.id, quantity),
            fmt::format("it has: {}", fmt::join(names, ", ")), "Name one of these with quantity = \"...\"");
   }
+  if (!c.study.of_many_runs) need_dimension(found->second.dimension, check, c, s);
   check.target = found->second.value;
   if (check.uncertainty) check.uncertainty->reference = found->second.uncertainty;
   if (!std::isfinite(check.target)) {

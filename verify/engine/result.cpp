@@ -237,6 +237,11 @@ void write_circumstances(io::Hdf5Image& file, const Result& r) {
                                     {"date", &p.date}}) {
     file.attribute("/provenance", name, *value);
   }
+  if (r.c.study.other_code) {
+    file.attribute("/provenance", "other_code", r.c.study.other_code->name);
+    file.attribute("/provenance", "other_code_obtained", r.c.study.other_code->obtained);
+    file.attribute("/provenance", "other_code_case", r.c.study.other_code->of_case);
+  }
   file.attribute("/provenance", "threads", std::int64_t{p.threads});
   file.attribute("/provenance", "machine_memory_bytes",
                  std::int64_t{sysconf(_SC_PHYS_PAGES)} * std::int64_t{sysconf(_SC_PAGESIZE)});

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,13 @@
 namespace veriflex::engine {
 
 class Checkpoints;
+
+/// Whose numbers a study hands on, where it computes none itself.
+struct OtherCode {
+  std::string name;      // with its version
+  std::string obtained;  // how it was run and read
+  std::string of_case;   // id of the case that asks this program the same; empty: none is named
+};
 
 struct Study {
   scene::Plan plan;
@@ -36,6 +44,8 @@ struct Study {
   std::function<std::optional<scene::ExpectedWork>()> expects{};
   /// What the case could do without at a price in accuracy; empty: nothing is known of that. Takes a while.
   std::function<std::vector<scene::Offer>()> offers{};
+  /// Set where the numbers are not this program's.
+  std::optional<OtherCode> other_code{};
 };
 
 /// Everything a check may ask for: metrics, and `record.column` for curves. Dimension and meaning are empty

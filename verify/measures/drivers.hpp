@@ -54,6 +54,9 @@ engine::Study read_conservation(const io::Table& top);
 /// The solid against a table that another program computed.
 engine::Study read_peer(const io::Table& top);
 
+/// Numbers of another program, held against anything that this program's own could be.
+engine::Study read_external(const io::Table& top);
+
 /// Plane waves of the fluid against the continuum and against the lattice's own eigenvalues.
 engine::Study read_plane_wave(const io::Table& top);
 
@@ -99,6 +102,7 @@ inline const std::vector<engine::Driver>& all() {
   static const std::vector<engine::Driver> drivers{
       {"derive", "rest state, Young's modulus and validity range of a bond law", &read_derive},
       {"peer", "the solid against a table that another program computed", &read_peer},
+      {"external", "another program's own numbers as the measured side", &read_external},
       {"tensile", "static pull on a bar: stress-strain curve and modulus at zero strain", &read_tensile},
       {"elasticity", "elastic constants of the infinite lattice", &read_elasticity},
       {"beam", "bending stiffness, cantilevers and bending frequencies", &read_beam},

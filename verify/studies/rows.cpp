@@ -94,6 +94,8 @@ std::optional<Row> kept_row(const Base& base, const Settings& settings, int repe
   std::error_code unknown;
   if (!fs::is_regular_file(path, unknown)) return std::nullopt;
   try {
+    // Another program's numbers stand in files that may have changed since.
+    if (io::Hdf5File(path).has_attribute("/provenance", "other_code")) return std::nullopt;
     std::optional<Row> row = read_row(base, settings, repeats, path);
     if (!row || !is_final(row->outcome)) return std::nullopt;
     row->kept = true;

@@ -182,6 +182,10 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
                                  "table.has(parameter",
                                  "table.number_or_infinity(parameter",
                                  "table.number(missing.parameter",
+                                 "exact.number(parameter",
+                                 "exact.text(key",
+                                 "table.text(key",
+                                 "numbers.table(name",
                                  "t.has(points",
                                  "t.numbers(points",
                                  "table.text(path",
@@ -213,11 +217,11 @@ TEST_CASE("Every key that readers of cases ask for is in cases/README.md, and th
                                  "walls.table(in",
                                  "walls.table(out"});
   Names spelt = source.keys;
-  add(spelt, {"absolute",       "relative",   "digits",      "strains",      "stresses",
-              "<path>",         "walls_x",    "walls_y",     "walls_z",      "low_velocity",
-              "high_velocity",  "body_force", "direction",   "polarization", "centre",
-              "marker_spacing", "boxes",      "axes",        "values",       "where",
-              "over",           "low_inflow", "high_inflow", "low_outflow",  "high_outflow"});
+  add(spelt, {"absolute",     "relative",     "digits",    "strains",        "stresses",      "<path>",
+              "walls_x",      "walls_y",      "walls_z",   "low_velocity",   "high_velocity", "body_force",
+              "direction",    "polarization", "centre",    "marker_spacing", "boxes",         "axes",
+              "values",       "where",        "over",      "low_inflow",     "high_inflow",   "low_outflow",
+              "high_outflow", "amplitude",    "wavenumber"});
   for (const bond::LawInfo& law : bond::laws()) {
     for (const bond::ParameterInfo& p : law.parameters) {
       INFO(law.name << " has " << p.name);

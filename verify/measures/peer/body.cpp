@@ -4,11 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 #include <set>
 
 #include "engine/read_scene.hpp"
-#include "repository.hpp"
+#include "measures/data_file.hpp"
 #include "scene/lammps_network.hpp"
 #include "solid/inadmissible.hpp"
 
@@ -142,16 +141,8 @@ void warn(const Body& body, Progress& progress) {
 }
 
 Body read_body(const io::Table& top, const io::Table& peer) {
-  const std::filesystem::path beside = std::filesystem::path(peer.place().file).parent_path();
   const std::string name = peer.text("data");
-  std::filesystem::path file = beside / name;
-  if (!std::filesystem::exists(file)) file = repository::references() / name;
-  if (!std::filesystem::exists(file)) {
-    peer.fail("data", fmt::format("data file '{}' not found", name),
-              fmt::format("searched {} and {}", beside.string(), repository::references().string()),
-              "Name it relative to one of these");
-  }
-  const io::LammpsData data = io::read_lammps_data(file);
+  const io::LammpsData data = io::read_lammps_data(data_file(peer, "data"));
   std::vector<std::int64_t> straight;
   if (peer.has("straight_types")) straight = peer.integers("straight_types");
   for (const std::int64_t type : straight) {
