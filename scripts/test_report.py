@@ -49,7 +49,7 @@ def seal(path):
     path.write_bytes(head.encode().ljust(512, b"\n") + body)
 
 
-def write_result(folder, name, verdict, checks=(), title="A title", records=(), metrics=(), **more):
+def write_result(folder, name, verdict, checks=(), title="A title", records=(), metrics=(), provenance={}, **more):
     """A result file of schema 2."""
     with h5py.File(folder / f"{name}.h5", "w", userblock_size=512) as file:
         texts = dict(format="veriflex-result", id=name, title=title, question="Does it hold?", equation="E = U''/r₀")
@@ -65,7 +65,7 @@ def write_result(folder, name, verdict, checks=(), title="A title", records=(), 
         write_rows(file, "plan/built", [dict(module="bond", what="fene-lj", memory_bytes=40)])
         write_rows(file, "plan/left_out", [dict(module="fluid", why="not named")])
         file.create_group("provenance").attrs.update(
-            dict(version="0.1", revision="abc123", compiler="GNU 12", machine="x86_64", threads=2, date="2025-01-01")
+            dict(version="0.1", revision="abc123", compiler="GNU 12", machine="x86_64", threads=2, date="2025-01-01") | provenance
         )
         for record, columns in records:
             write_table(file, f"records/{record}", columns)
@@ -326,6 +326,46 @@ class Published(unittest.TestCase):
             write_result(Path(folder), "before", "pass", [CHECK])
             write_result(Path(folder), "without", "pass", [CHECK | NO_UNCERTAINTY])
             self.assertNotIn('id="published"', page_of(folder))
+
+
+class Codes(unittest.TestCase):
+    """Numbers of other codes beside this program's."""
+
+    @staticmethod
+    def write(folder, name, checks, code="LAMMPS 1", case="ours"):
+        write_result(folder, name, "pass", checks, provenance=dict(other_code=code, other_code_obtained="by hand", other_code_case=case))
+
+    def test_their_records_are_drawn_column_by_column_whatever_they_are_called(self):
+        with tempfile.TemporaryDirectory() as folder:
+            records = [("elastica_exact", dict(load=[0.0, 1.0, 2.0], tip=[0.0, 0.3, 0.5]))]
+            write_result(Path(folder), "theirs", "measured", records=records, provenance=dict(other_code="LAMMPS 1"))
+            self.assertIn("<figure", page_of(folder))
+
+    def table(self, page):
+        section = page.partition('<section id="codes">')[2].partition("</section>")[0]
+        return [re.split("<t[dh][^>]*>", row)[1:] for row in section.split("<tr>")[1:]]
+
+    def test_without_other_codes_there_is_no_table(self):
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "ours", "pass", [CHECK])
+            self.assertNotIn('id="codes"', page_of(folder))
+
+    def test_a_row_is_a_case_and_a_column_a_code(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder)
+            write_result(path, "ours", "pass", [CHECK, CHECK | dict(metric="not_asked_of_them")])
+            self.write(path, "theirs", [CHECK | dict(error=0.25, tolerance=0.5)])
+            self.write(path, "without-ours", [CHECK], code="LBM 2", case="")
+            head, ours, alone = self.table(page_of(folder))
+            self.assertEqual([cell.split("<")[0].strip() for cell in head], ["Case", "veriflex", "LAMMPS 1", "LBM 2"])
+            self.assertIn("ours", ours[0])
+            self.assertIn("off by 3 × 10<sup>−13</sup>", ours[1])
+            self.assertNotIn("not_asked_of_them", ours[1])
+            self.assertIn("off by 0.25, within 0.5", ours[2])
+            self.assertEqual(ours[3].strip().split("<")[0], "–")
+            self.assertIn("without-ours", alone[0])
+            self.assertEqual(alone[1].strip().split("<")[0], "–")
+            self.assertIn("pass", alone[3])
 
 
 class OddFiles(unittest.TestCase):

@@ -98,7 +98,9 @@ def of_case(result):
     order = {name: place for place, name in enumerate(KINDS)}
     for record in sorted(result.records.values(), key=lambda record: order.get(record.name, len(order))):
         kinds = KINDS.get(record.name, (against_first_column,))
-        if is_table(record.name):
+        if "other_code" in result.provenance:  # its records are called as the case calls them
+            kinds = (against_first_column,)
+        elif is_table(record.name):
             kinds = ()
         elif studies.is_curve_of_numbers(record):
             kinds = (studies.curve_of_numbers,)

@@ -11,13 +11,14 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, cache, cost, drawing, figures, findings, leave_out, motive, overview, published, stability, studies, text, topics
+from report import bond, cache, codes, cost, drawing, figures, findings, leave_out, motive, overview, published, stability, studies, text, topics
 from veriflex import results
 
 HERE = Path(__file__).parent
 SECTIONS = {
     "ledger": "What the paper states",
     "published": "Exact laws and published values",
+    "codes": "Codes side by side",
     "accuracy": "What accuracy costs",
     "motive": "The paper’s motive",
     "stability": "Stiffness by law",
@@ -172,8 +173,9 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
     motives = tried(motive.rows, results_read, [])
     benchmarks = ledger_rows(ledger["benchmarks"], results_read) if ledger else []
     measured_elsewhere = tried(published.rows, standing, [])
+    side_by_side = tried(codes.matrix, standing, None)
     growth, answers = tried(cost.growth, results_read, []), tried(studies.answers, results_read, [])
-    there = dict(zip(SECTIONS, (entries, benchmarks or measured_elsewhere, answers, entries and motives, stiffness, left_out, growth, law_figures)))
+    there = dict(zip(SECTIONS, (entries, benchmarks or measured_elsewhere, side_by_side, answers, entries and motives, stiffness, left_out, growth, law_figures)))
     panels = [tried(panel, standing, None) for panel in overview.PANELS] if any(there[name] for name in PANELLED) else []
     page = environment().get_template("page.html.j2").render(
         results=results_read,
@@ -202,6 +204,7 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         published_rows=measured_elsewhere,
         published_families=tried(published.families, measured_elsewhere, []),
         published_picture=tried(published.picture, measured_elsewhere, None),
+        codes=side_by_side,
         answers=answers,
         accuracy_picture=tried(lambda read: studies.error_against_time(read, whole=True), results_read, None),
         never_worth=tried(studies.never_worth, results_read, []),

@@ -9,6 +9,7 @@ ROOT = Path(__file__).parents[2]  # of the source tree
 # Headings and the topics that belong under them; a case stands under the first that it has a topic of.
 GROUPS = {
     "The paper’s filament": {"filament"},
+    "Numbers of other codes": {"external"},
     "Against another program": {"peer"},
     "Stable where": {"stability"},
     "Cost, and parts left out": {"study"},
