@@ -5,7 +5,7 @@ set(data ${CMAKE_INSTALL_DATADIR}/veriflex)
 install(DIRECTORY cases reference DESTINATION ${data})
 install(PROGRAMS scripts/report.py DESTINATION ${data}/scripts)
 install(DIRECTORY scripts/report scripts/veriflex DESTINATION ${data}/scripts PATTERN __pycache__ EXCLUDE)
-install(FILES README.md CHANGELOG.md LICENSE CITATION.cff docs/FINDINGS.md docs/OWN_SOLVER.md docs/READING.md
+install(FILES README.md CHANGELOG.md LICENSE CITATION.cff docs/FINDINGS.md docs/OWN_SCENE.md docs/OWN_SOLVER.md docs/READING.md
         DESTINATION ${CMAKE_INSTALL_DOCDIR})
 install(FILES verify/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME result-file.md)
 install(DIRECTORY docs/example docs/own-solver DESTINATION ${CMAKE_INSTALL_DOCDIR})

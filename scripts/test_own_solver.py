@@ -1,14 +1,10 @@
 #!/usr/bin/python3
-"""Tests of how another program's numbers come in: docs/OWN_SOLVER.md is followed literally, the scripts of docs/own-solver/ read
-small outputs, and the shipped tables are those of reference/own-solver/README.md.
-
-Usage: scripts/test_own_solver.py VERIFLEX
+"""Tests of how another program's numbers come in: the scripts of docs/own-solver/ read small outputs, and the shipped tables are those of
+reference/own-solver/README.md. What docs/OWN_SOLVER.md says is tested by test_pages.py.
 """
 
 import hashlib
-import os
 import re
-import shutil
 import subprocess
 import sys
 import tempfile
@@ -18,7 +14,6 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 SCRIPTS = ROOT / "docs" / "own-solver"
 TABLES = ROOT / "reference" / "own-solver"
-COMMAND = Path(sys.argv.pop()).resolve() if len(sys.argv) > 1 and not sys.argv[-1].startswith("-") else None
 
 LOG = """Step v_strain Pzz
        0 0.10000000000000001 -2.5
@@ -118,33 +113,6 @@ class Tables(unittest.TestCase):
         page = (TABLES / "README.md").read_text("utf-8")
         stated = dict(re.findall(r"^\| `(\S+\.csv)` .*`([0-9a-f]{64})` \|$", page, re.M))
         self.assertEqual(stated, {file.name: hashlib.sha256(file.read_bytes()).hexdigest() for file in TABLES.glob("*.csv")})
-
-
-@unittest.skipUnless(COMMAND, "no command was given")
-class Guide(unittest.TestCase):
-    def test_the_page_is_true(self):
-        page = (ROOT / "docs" / "OWN_SOLVER.md").read_text("utf-8")
-        blocks = re.findall(r"^```([^\n]+)\n(.*?)^```$", page, re.M | re.S)
-        names = {"csv": "bond.csv", "toml": "my-bonds.toml"}
-        with tempfile.TemporaryDirectory() as folder:
-            path = Path(folder)
-            for shared in ("cases", "docs", "reference", "scripts"):
-                (path / shared).symlink_to(ROOT / shared)
-            (path / "bin").mkdir()
-            (path / "bin" / "veriflex").symlink_to(COMMAND)
-            environment = os.environ | {"PATH": f"{path / 'bin'}:{os.environ['PATH']}", "XDG_CACHE_HOME": str(path / "cache")}
-            done = []
-            for kind, text in blocks:
-                if kind in names:
-                    (path / names[kind]).write_text(text, "utf-8")
-                elif kind == "sh" or shutil.which(kind.removeprefix("sh ")):
-                    ran = subprocess.run(["sh", "-eu", "-c", text], cwd=path, env=environment, capture_output=True, text=True)
-                    self.assertEqual(ran.returncode, 0, text + ran.stdout + ran.stderr)
-                done.append(kind)
-            self.assertEqual(done, ["csv", "toml", "sh", "sh", "sh", "sh lmp", "sh lmp"])
-            report = (path / "results" / "report.html").read_text("utf-8")
-            self.assertIn('<section id="codes">', report)
-            self.assertIn("my solver 1.3", report)
 
 
 if __name__ == "__main__":
