@@ -29,7 +29,7 @@ class BodyCheck {
   /// Of that body as it starts, which must outlive the check.
   BodyCheck(const scene::MovingBody& body, const BodyLimits& limits);
 
-  /// Throws NumericalFailure (FailureMode::Energy, ::Buckled, ::Unphysical) with step and place.
+  /// Throws NumericalFailure (modes Energy, Buckled, Unphysical) with step and place.
   void look(std::int64_t step);
 
   /// Largest work of the dead load so far, all that later looks depend on beside the body  [M L^2 T^-2].
