@@ -169,8 +169,7 @@ void add_new_command(CLI::App& app) {
 
 void add_describing_commands(CLI::App& app) {
   CLI::App* completion = app.add_subcommand("completion", "print completion for a shell");
-  const auto shell = std::make_shared<std::string>();
-  completion->add_option("shell", *shell, "which")->required()->check(CLI::IsMember({"bash"}));
+  completion->add_option("shell")->description("which")->required()->check(CLI::IsMember({"bash"}));
   completion->footer("Example: . <(veriflex completion bash)");
   completion->callback([&app] { print_bash(app); });
 
