@@ -5,6 +5,7 @@
 #include "base/memory.hpp"
 #include "base/parts.hpp"
 #include "catch.hpp"
+#include "engine/study.hpp"
 #include "scene/plan.hpp"
 #include "scene/simulation.hpp"
 
@@ -161,4 +162,15 @@ TEST_CASE("A plan that promises what a run does not keep is found out") {
   CHECK(broken_by(moments).size() == 2);
   parts::restart();
   CHECK(scene::broken_promises(plan, parts::made()).size() == 1);
+}
+
+TEST_CASE("A run that builds what its plan leaves out is an error, one of many runs has no plan of its own") {
+  engine::Study study{.plan = scene::plan_scene({.fluid = box(0.8)}), .run = {}};
+  parts::restart();
+  const scene::Simulation planned({.fluid = box(0.8)});
+  CHECK_NOTHROW(engine::hold_to_plan(study));
+  const scene::Simulation more({.fluid = box(0.8), .bodies = {rod(5, true)}});
+  CHECK_THROWS_AS(engine::hold_to_plan(study), std::logic_error);
+  study.of_many_runs = true;
+  CHECK_NOTHROW(engine::hold_to_plan(study));
 }
