@@ -188,6 +188,33 @@ TEST_CASE("Swimming and the change from period to period are measured over the l
   CHECK(measures::change_over_last_period(seen, 2.0) == Approx(0.5 * std::sqrt(2.0) / 2.0));
 }
 
+TEST_CASE("A film has one frame for each phase of the last period, however many steps a period takes") {
+  for (const double reynolds : {0.97, 1.0, 1.03, 1.06}) {
+    const measures::Stroke stroke{.fluid = {.grid = {{12, 16, 12}}, .relaxation_time = 1.0},
+                                  .rod = {1.0, 4, 1.0},
+                                  .law = bond::Harmonic{0.26, 1.0},
+                                  .angle_stiffness = 0.025,
+                                  .node_mass = 1.0,
+                                  .substeps = {2, 0.0},
+                                  .coupling = {},
+                                  .offset = Vec3::Zero(),
+                                  .amplitude = 0.5,
+                                  .reynolds = reynolds,
+                                  .driven = measures::Driven::Node,
+                                  .ramp_periods = 0.0,
+                                  .periods = 2,
+                                  .monitor = {},
+                                  .film = 4};
+    Progress progress("");
+    measures::StrokeResult seen;
+    measures::run_stroke(stroke, "", progress, seen);
+    CAPTURE(reynolds, stroke.period(), seen.steps);
+    std::vector<double> phases;
+    for (const measures::Frame& frame : seen.film) phases.push_back(frame.phase);
+    CHECK(phases == std::vector{0.125, 0.25, 0.375, 0.5, 0.625, 0.75, 0.875, 1.0});
+  }
+}
+
 namespace {
 
 /// A small driven filament.

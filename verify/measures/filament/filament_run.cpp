@@ -254,7 +254,7 @@ class StrokeObserver {
 void film(const scene::Simulation& simulation, const Stroke& stroke, StrokeResult& seen) {
   const double phases = static_cast<double>(simulation.steps()) * phases_per_period / stroke.period();
   const auto into_last = std::llround(phases) - (stroke.periods - 1) * phases_per_period;
-  if (into_last <= 0 || into_last > phases_per_period) return;
+  if (into_last != std::ssize(seen.film) + 1) return;  // the end is looked at too, which may be one step on
   seen.film.push_back(
       frame_of(simulation.fluid(), stroke, static_cast<double>(into_last) / phases_per_period));
 }
