@@ -5,7 +5,6 @@
 #include <omp.h>
 #include <signal.h>
 
-#include <atomic>
 #include <numeric>
 #include <random>
 
@@ -15,19 +14,17 @@
 #include "fluid/fluid.hpp"
 #include "observe/run.hpp"
 #include "plain_fluid.hpp"
+#include "row_order.hpp"
 #include "scene/simulation.hpp"
 #include "thread_count.hpp"
 
 using namespace veriflex;
 using namespace veriflex::fluid;
+using unit::any;
 
 namespace {
 
 using Random = std::mt19937;
-
-std::int64_t any(Random& random, std::int64_t least, std::int64_t most) {
-  return std::uniform_int_distribution<std::int64_t>(least, most)(random);
-}
 
 std::vector<Populations> populations_of(const Fluid& fluid) {
   std::vector<std::int64_t> nodes(static_cast<std::size_t>(fluid.spec().grid.count()));
@@ -88,28 +85,14 @@ TEST_CASE("Every row makes every step once and after the rows beside it") {
     const Blocking blocking{any(random, 1, 16), any(random, 1, 50)};
     const std::int64_t steps = any(random, 1, 40);
     const int threads = static_cast<int>(any(random, 1, 4));
-    std::vector<std::atomic<std::int64_t>> made(static_cast<std::size_t>(grid.rows * grid.planes));
-    const auto at = [&](std::int64_t y, std::int64_t z) -> std::atomic<std::int64_t>& {
-      return made[static_cast<std::size_t>((y + grid.rows) % grid.rows +
-                                           grid.rows * ((z + grid.planes) % grid.planes))];
-    };
-    std::atomic<int> out_of_order = 0;
+    unit::RowOrder order(grid);
     make_steps(grid, steps, blocking, threads,
                [&](std::int64_t step, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
-                 if (y_begin < 0 || y_end > grid.rows || z < 0 || z >= grid.planes) ++out_of_order;
-                 for (std::int64_t y = y_begin; y < y_end; ++y) {
-                   if (at(y, z) != step) ++out_of_order;
-                   for (std::int64_t dy = -1; dy <= 1; ++dy) {
-                     for (std::int64_t dz = -1; dz <= 1; ++dz) {
-                       if (at(y + dy, z + dz) < step) ++out_of_order;
-                     }
-                   }
-                   ++at(y, z);
-                 }
+                 order.make(step, z, y_begin, y_end);
                });
     CAPTURE(trial, grid.rows, grid.planes, blocking.steps, blocking.rows, steps, threads);
-    CHECK(out_of_order == 0);
-    CHECK(std::all_of(made.begin(), made.end(), [&](const auto& count) { return count == steps; }));
+    CHECK(order.out_of_order() == 0);
+    CHECK(order.all_have_made(steps));
   }
 }
 

@@ -5,13 +5,13 @@
 #include <omp.h>
 #include <signal.h>
 
-#include <atomic>
 #include <random>
 
 #include "base/stop.hpp"
 #include "catch.hpp"
 #include "driven_bar.hpp"
 #include "observe/run.hpp"
+#include "row_order.hpp"
 
 using namespace veriflex;
 using namespace veriflex::unit;
@@ -19,10 +19,6 @@ using namespace veriflex::unit;
 namespace {
 
 using Random = std::mt19937;
-
-std::int64_t any(Random& random, std::int64_t least, std::int64_t most) {
-  return std::uniform_int_distribution<std::int64_t>(least, most)(random);
-}
 
 double any_place(Random& random, double least, double most) {
   return std::uniform_real_distribution<double>(least, most)(random);
@@ -114,24 +110,10 @@ TEST_CASE("Rows near a body make as many steps ahead as those of the body need t
     const fluid::NearRows near(grid, touched, steps);
     CHECK(near.cover(touched));
 
-    std::vector<std::atomic<std::int64_t>> made(static_cast<std::size_t>(grid.rows * grid.planes));
-    const auto at = [&](std::int64_t y, std::int64_t z) -> std::atomic<std::int64_t>& {
-      return made[static_cast<std::size_t>((y + grid.rows) % grid.rows +
-                                           grid.rows * ((z + grid.planes) % grid.planes))];
-    };
-    std::atomic<int> out_of_order = 0;
+    RowOrder order(grid);
     const fluid::MakeRows make = [&](std::int64_t step, std::int64_t z, std::int64_t y_begin,
-                                     std::int64_t y_end) {
-      for (std::int64_t y = y_begin; y < y_end; ++y) {
-        if (at(y, z) != step) ++out_of_order;
-        for (std::int64_t dy = -1; dy <= 1; ++dy) {
-          for (std::int64_t dz = -1; dz <= 1; ++dz) {
-            if (at(y + dy, z + dz) < step) ++out_of_order;
-          }
-        }
-        ++at(y, z);
-      }
-    };
+                                     std::int64_t y_end) { order.make(step, z, y_begin, y_end); };
+    int unknown = 0;
     CAPTURE(trial, grid.rows, grid.planes, steps, threads, touched);
     const std::int64_t until = any(random, 1, steps);  // a block may end early
     for (std::int64_t step = 0; step < until; ++step) {
@@ -140,9 +122,8 @@ TEST_CASE("Rows near a body make as many steps ahead as those of the body need t
       for (const std::int64_t row : touched) {
         for (std::int64_t dy = -2; dy <= 2; ++dy) {
           for (std::int64_t dz = -2; dz <= 2; ++dz) {
-            if (step + 1 < steps &&
-                at(row % grid.rows + dy + grid.rows, row / grid.rows + dz + grid.planes) != step + 1)
-              ++out_of_order;
+            const bool known = order.at(row % grid.rows + dy, row / grid.rows + dz) == step + 1;
+            if (step + 1 < steps && !known) ++unknown;
           }
         }
       }
@@ -151,8 +132,9 @@ TEST_CASE("Rows near a body make as many steps ahead as those of the body need t
                       [&](std::int64_t step, std::int64_t z, std::int64_t y_begin, std::int64_t y_end) {
                         near.make_others(step, z, y_begin, y_end, make);
                       });
-    CHECK(out_of_order == 0);
-    CHECK(std::all_of(made.begin(), made.end(), [&](const auto& count) { return count == until; }));
+    CHECK(unknown == 0);
+    CHECK(order.out_of_order() == 0);
+    CHECK(order.all_have_made(until));
   }
 }
 
