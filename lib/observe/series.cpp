@@ -143,9 +143,12 @@ Series forces(const scene::Scene& scene) {
     return conditions.fixed.size() > 0 || conditions.drive;
   };
   bool supported = false;
+  int met = 0;  // by the fluid
   for (const scene::Body& body : scene.bodies) {
-    if (is_coupled(scene, body))
+    if (is_coupled(scene, body)) {
       add_vector(series.columns, body.name + "_fluid", force, "of the fluid on it");
+      ++met;
+    }
     if (body.motion || !is_supported(body.conditions)) continue;
     add_vector(series.columns, body.name + "_support", force, "of what holds or drives it");
     supported = true;
@@ -153,7 +156,12 @@ Series forces(const scene::Scene& scene) {
   std::vector<fluid::Shore> shores;
   if (scene.fluid) shores = fluid::shores_of(*scene.fluid, fluid::inside_of(*scene.fluid));
   const bool obstacle = scene.fluid && !scene.fluid->obstacle.empty();
-  if (obstacle) add_vector(series.columns, "obstacle_fluid", force, "of the fluid on its obstacle");
+  if (obstacle) {
+    add_vector(series.columns, "obstacle_fluid", force, "of the fluid on its obstacle");
+    ++met;
+  }
+  const bool several = met > 1;
+  if (several) add_vector(series.columns, "total_fluid", force, "of the fluid on all of these");
   // Momentum of each body before the last step, then after it.
   const auto moments = std::make_shared<std::vector<double>>();
   if (supported) {
@@ -167,8 +175,9 @@ Series forces(const scene::Scene& scene) {
     };
   }
   series.at_bodies = !obstacle;
-  series.row = [moments, is_supported, obstacle, shores](const Simulation& simulation) {
+  series.row = [moments, is_supported, obstacle, several, shores](const Simulation& simulation) {
     std::vector<double> row;
+    Vec3 total = Vec3::Zero();
     const std::size_t bodies = simulation.body_count();
     for (std::size_t i = 0; i < bodies; ++i) {
       const MovingBody& body = simulation.body(i);
@@ -176,6 +185,7 @@ Series forces(const scene::Scene& scene) {
       if (body.is_coupled()) {
         fluid = exchanged(body);
         add(row, fluid);
+        total += fluid;
       }
       if (!body.is_elastic() || !is_supported(body.solid().conditions())) continue;
       const Eigen::Map<const Vec3> before(moments->data() + 3 * i), now(before.data() + 3 * bodies);
@@ -184,7 +194,12 @@ Series forces(const scene::Scene& scene) {
         support -= body.solid().conditions().load.colwise().sum().transpose();
       add(row, support);
     }
-    if (obstacle) add(row, fluid::force_on_obstacle(simulation.fluid(), shores));
+    if (obstacle) {
+      const Vec3 on_obstacle = fluid::force_on_obstacle(simulation.fluid(), shores);
+      add(row, on_obstacle);
+      total += on_obstacle;
+    }
+    if (several) add(row, total);
     return row;
   };
   return series;
@@ -283,6 +298,31 @@ Series deformation(const scene::Scene& scene) {
       row.insert(row.end(),
                  {stretch[0], stretch[1], stretch[2], (stretch[0] - stretch[2]) / (stretch[0] + stretch[2])});
     }
+    return row;
+  };
+  return series;
+}
+
+Series tips(const scene::Scene& scene) {
+  Series series;
+  series.at_bodies = true;
+  std::vector<std::vector<Eigen::Index>> last_sections;
+  for (const scene::Body& body : scene.bodies) {
+    if (body.motion) continue;
+    add_vector(series.columns, body.name, "L", "mean displacement of its last section");
+    const Eigen::VectorXd along = body.network.rest.col(body.axis);
+    std::vector<Eigen::Index>& last = last_sections.emplace_back();
+    for (Eigen::Index i = 0; i < along.size(); ++i) {
+      if (along[i] > along.maxCoeff() - 0.5 * body.network.spacing) last.push_back(i);
+    }
+  }
+  series.row = [last_sections](const Simulation& simulation) {
+    std::vector<double> row;
+    std::size_t at = 0;
+    for_elastic(simulation, [&](const MovingBody& body) {
+      const Positions u = body.displacement();
+      add(row, u(last_sections[at++], Eigen::all).colwise().mean().transpose());
+    });
     return row;
   };
   return series;

@@ -36,7 +36,8 @@ Series energies(const scene::Scene& scene);
 Series momentum(const scene::Scene& scene);
 
 /// Force of the last step on each body: of the fluid, and of what holds or drives it, which is what is left
-/// of the body's balance; and that of the fluid on its obstacle.
+/// of the body's balance; that of the fluid on its obstacle; and where there are several of these, that of
+/// the fluid on all of them.
 Series forces(const scene::Scene& scene);
 
 /// Each body that moves by its own forces as a rigid one: its centre of mass and that one's velocity, its
@@ -48,6 +49,9 @@ Series rigid_motion(const scene::Scene& scene);
 /// Principal stretches of each such body and its Taylor deformation (max - min)/(max + min), by the affine
 /// map that fits the places of its nodes best. Bodies whose nodes lie in a plane have none.
 Series deformation(const scene::Scene& scene);
+
+/// Displacement of the last section of each such body, the nodes at the far end of its own axis: their mean.
+Series tips(const scene::Scene& scene);
 
 /// Smallest and largest strain of any bond of each body, over every step since the row before.
 Series strains(const scene::Scene& scene);

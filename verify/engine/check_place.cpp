@@ -34,6 +34,8 @@ void check_images(const fluid::Spec& fluid, coupling::Delta delta, const Vec3& e
   for (Eigen::Index axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<std::size_t>(axis);
     if (walled[a]) continue;
+    // A plane scene: a box and a body that are one node deep go on through their images.
+    if (fluid.grid.size[a] == 1 && extent[axis] == 0.0 && stroke[axis] == 0.0) continue;
     const double needed = extent[axis] + 2.0 * stroke[axis] + width;
     if (needed <= static_cast<double>(fluid.grid.size[a])) continue;
     throw InputError(

@@ -12,6 +12,7 @@ namespace veriflex::engine {
 
 /// Refuses, with an InputError at `where`, a body that would meet its own image along a periodic axis: its
 /// extent, the stroke that it makes to either side and the supports, taken together. `what` names the body.
+/// One that is a node deep in a box a node deep is its own images, and moves in the plane: none is refused.
 void check_images(const fluid::Spec& fluid, coupling::Delta delta, const Vec3& extent, const Vec3& stroke,
                   const std::string& what, const Place& where);
 

@@ -212,6 +212,25 @@ TEST_CASE("A body in another fluid's scene that meets none moves as it does alon
   CHECK(with.body().touched_nodes() == 0);
 }
 
+TEST_CASE(
+    "In a box a node deep a sheet stays in its plane, and where that stands across the box changes nothing") {
+  const auto after = [](double z) {
+    scene::Body sheet = sphere({4.3, 3.9, z});
+    sheet.network = with_angles(solid::cubic_lattice({{3, 2, 1}, 1.0}));
+    sheet.conditions.load = Vec3(1e-5, 2e-5, 0.0).transpose().replicate(sheet.network.node_count(), 1);
+    scene::Scene scene{.fluid = fluid::Spec{.grid = {{12, 10, 1}}, .relaxation_time = 0.8},
+                       .bodies = {sheet}};
+    scene.fluid->walls[1].emplace();
+    scene::Simulation simulation(scene);
+    for (int step = 0; step < 300; ++step) simulation.advance();
+    return simulation.body().displacement();
+  };
+  const Positions in_node = after(0.0), between = after(0.4);
+  CHECK(in_node.col(0).minCoeff() > 1e-3);
+  CHECK(in_node.col(2).cwiseAbs().maxCoeff() < 1e-15);
+  CHECK((in_node - between).cwiseAbs().maxCoeff() < 1e-13);
+}
+
 TEST_CASE("A uniform force gives each node its share, beside the reaction of a body") {
   const fluid::Spec fluid = box(fluid::Storage::Double);
   const auto volume = static_cast<double>(fluid.grid.count());

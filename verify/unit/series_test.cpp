@@ -6,6 +6,7 @@
 
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
+#include "scene/markers.hpp"
 
 using namespace veriflex;
 
@@ -112,6 +113,59 @@ TEST_CASE(
   const double fluid = simulation.fluid().totals().momentum[0];
   CHECK(value(momentum, all, "walls_x") == Approx(fluid - 200.0 * pushed + on_body).epsilon(1e-10));
   CHECK(value(momentum, all, "walls_x") < 0.0);
+}
+
+TEST_CASE(
+    "The tip of a body is its last section, along the body's own axis, and moves as that does on average") {
+  scene::Body plate = pair(0.0);
+  plate.network = solid::cubic_lattice({{2, 2, 3}, 1.0});
+  plate.network.rest = scene::turned(plate.network.rest, 1);
+  plate.network.vectors = scene::turned(plate.network.vectors, 1);
+  plate.axis = 1;
+  plate.start.displacement = Positions::Zero(12, 3);
+  Vec3 mean = Vec3::Zero();
+  for (Eigen::Index i = 0; i < 12; ++i) {
+    plate.start.displacement.row(i) << 1e-3 * static_cast<double>(i), 2e-3,
+        -1e-3 * static_cast<double>(i * i);
+    if (plate.network.rest(i, 1) == 2.0) mean += 0.25 * plate.start.displacement.row(i).transpose();
+  }
+  const scene::Scene scene{.bodies = {plate}};
+  const observe::Series series = observe::tips(scene);
+  const std::vector<double> row = series.row(scene::Simulation(scene));
+  CHECK(value(series, row, "pair_x") == Approx(mean[0]).epsilon(1e-14));
+  CHECK(value(series, row, "pair_y") == Approx(2e-3).epsilon(1e-14));
+  CHECK(value(series, row, "pair_z") == Approx(mean[2]).epsilon(1e-14));
+}
+
+TEST_CASE(
+    "The force of the fluid on all is that on the bodies and on the obstacle, where there are several") {
+  scene::Body held = pair(0.0);
+  held.place = {2.0, 2.5, 4.0};
+  held.coupling = scene::CouplingSpec{};
+  held.conditions.fixed = solid::FixedDofs::Constant(2, 3, true);
+  scene::Body other = held;
+  other.name = "other";
+  other.place = {5.0, 2.5, 4.0};
+  scene::Scene scene{.fluid = channel(), .bodies = {held}};
+  for (const observe::Column& column : observe::forces(scene).columns) CHECK(column.name.find("total") != 0);
+  scene.bodies.push_back(other);
+  scene.fluid->obstacle = {scene.fluid->grid.index(3, 5, 0)};
+  const observe::Series forces = observe::forces(scene);
+  scene::Simulation simulation(scene);
+  forces.every_step(simulation);
+  for (int step = 0; step < 20; ++step) {
+    simulation.advance();
+    forces.every_step(simulation);
+  }
+  const std::vector<double> row = forces.row(simulation);
+  CHECK(value(forces, row, "other_fluid_x") > 0.0);
+  CHECK(value(forces, row, "obstacle_fluid_x") > 0.0);
+  for (const std::string axis : {"x", "y", "z"}) {
+    CHECK(value(forces, row, "total_fluid_" + axis) ==
+          Approx(value(forces, row, "pair_fluid_" + axis) + value(forces, row, "other_fluid_" + axis) +
+                 value(forces, row, "obstacle_fluid_" + axis))
+              .epsilon(1e-13));
+  }
 }
 
 TEST_CASE("The slip of markers in a given motion is that of the fluid there against the motion now") {

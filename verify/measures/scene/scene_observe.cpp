@@ -37,6 +37,7 @@ const std::vector<Kind>& kinds() {
       {"forces", "Forces on bodies in the last step", &observe::forces},
       {"rigid motion", "Bodies as rigid ones", &observe::rigid_motion},
       {"deformation", "Principal stretches of bodies", &observe::deformation},
+      {"tip", "Displacements of bodies' last sections", &observe::tips},
       {"strain", "Extreme strains of bonds", &observe::strains},
       {"slip", "Slip at the coupled nodes", &observe::slip},
       {"body snapshot", "When files of whole bodies were written", nullptr},
