@@ -3,7 +3,7 @@
 One function per kind of plot, in the file of its subject; each returns a Figure that holds inline SVG.
 """
 
-from report import bond, coupling, filament, fluid, peer, solid, stability, studies
+from report import bond, coupling, filament, fluid, peer, scene, solid, stability, studies
 from report.drawing import Figure, MARKED_ROWS, canvas, column_label, inline_svg, legend_above, quantity
 
 MANY_ROWS, MANY_PANELS = 20000, 4  # beyond these a record without a plot of its own is not drawn
@@ -104,6 +104,8 @@ def of_case(result):
             kinds = ()
         elif studies.is_curve_of_numbers(record):
             kinds = (studies.curve_of_numbers,)
+        elif record.name not in KINDS and scene.is_plane(record):
+            kinds = (scene.plane,)
         for draw in kinds:
             drawn = draw(result, record)
             if drawn is not None:
