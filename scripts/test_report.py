@@ -183,7 +183,7 @@ class WrittenReport(unittest.TestCase):
 
     def test_page_states_every_verdict(self):
         for word in ("pass", "fail", "error", "refuted: finding", "unreadable"):
-            self.assertRegex(self.page, rf"</span> {word}</span>")
+            self.assertRegex(self.page, rf'<span class="verdict \w+">{word}</span>')
 
     def test_refuted_claim_shows_both_numbers_in_full(self):
         self.assertIn('title="1021.1439"', self.page)

@@ -83,16 +83,15 @@ def margins(results):
 
 
 def stable(results):
-    shown = stability.maps(results, 1)
+    result = stability.plainest(results)
     near = margins(results)
     line = Markup("")
     if near:
         words = [Markup('<a href="#{}">{} %</a> of {}').format(anchor(result), numeral(100 * share, 2), what) for what, share, result in near]
         line = Markup("The paper’s scene uses ") + Markup(", ").join(words) + "."
-    if not shown:
+    if result is None:
         line += Markup(" ") + to_run("No search for a limit among these results. Run", "veriflex run step-limit")
         return Panel("Stable where", None, line, "stability")
-    result = shown[0]
     return Panel("Stable where", stability.stiffness_limit(result, result.records["outcome_boundary"], NARROW, TALL), line, "stability")
 
 

@@ -28,6 +28,7 @@ SECTIONS = {
 }
 PANELLED = ("ledger", "accuracy", "stability", "left-out")  # any of these makes the three panels worth their place
 SMALL_ROWS, SMALL_COLUMNS = 12, 8  # records of at most that size are shown as tables
+COURSE = ("last", "mean", "min", "max")
 # As what a statement of the paper is marked, by its standing.
 STANDING_MARKS = {
     "holds": "pass",
@@ -46,6 +47,20 @@ def small_records(result):
         for record in result.records.values()
         if record.name not in figures.KINDS and 0 < len(record) <= SMALL_ROWS and len(record.columns) <= SMALL_COLUMNS
     ]
+
+
+def metric_rows(result):
+    """Rows (name, (part, value) ..., dimension, meaning); what is known of a column in time, `.last` to `.max`, shares one."""
+    by_name = {metric.name: metric for metric in result.metrics}
+    courses = {name.removesuffix(".last") for name in by_name if all(f"{name.removesuffix('.last')}.{part}" in by_name for part in COURSE)}
+    rows = []
+    for metric in result.metrics:
+        stem, _, part = metric.name.rpartition(".")
+        if stem not in courses or part not in COURSE:
+            rows.append((metric.name, [("", metric.value)], metric.dimension, metric.meaning))
+        elif part == "last":
+            rows.append((stem, [(part, by_name[f"{stem}.{part}"].value) for part in COURSE], metric.dimension, metric.meaning))
+    return rows
 
 
 def ledger_rows(claims, results_read):
@@ -131,7 +146,7 @@ def environment():
     )
     shown = (text.numeral, text.side_by_side, text.badge, text.seconds, text.memory, bond.bands)
     asked = (text.anchor, text.wall_seconds, text.passed, text.worst_margin, text.dimension_of)
-    for function in (*shown, *asked, topics.rerun, topics.set_up, topics.sources_of, small_records, baselines):
+    for function in (*shown, *asked, topics.rerun, topics.set_up, topics.sources_of, small_records, metric_rows, baselines):
         made.globals[function.__name__] = function
     made.filters["powers"] = drawing.powers
     return made

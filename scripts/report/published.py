@@ -8,6 +8,7 @@ from matplotlib.lines import Line2D
 from report.drawing import Figure, canvas, inline_svg, legend_above
 
 PARTS = ("reference", "numerical", "input")
+SHAPES = "os^DvP*"  # one more than colours, so that a family has both to itself; all can be hollow
 
 
 def source_of(check):
@@ -64,17 +65,18 @@ def picture(found):
     panel.errorbar(percent["deviation"], places, xerr=percent["uncertainty"], fmt="none", ecolor="#B8BCC0", elinewidth=1.2, zorder=0)
     panel.errorbar(0 * reference, places, xerr=reference, fmt="none", ecolor="#222222", elinewidth=3, zorder=1)
     kinds = list(dict.fromkeys(row["family"] for row in found))
-    for number, name in enumerate(kinds):
+    looks = [{"marker": SHAPES[number % len(SHAPES)], "color": f"C{number % 6}", "linestyle": "none"} for number in range(len(kinds))]
+    for name, look in zip(kinds, looks):
         of_family = np.array([row["family"] == name for row in found])
-        for agrees, filled in ((True, f"C{number % 6}"), (False, "none")):
+        for agrees, filled in ((True, look["color"]), (False, "none")):
             chosen = of_family & np.array([(row["check"].verdict == "pass") == agrees for row in found])
-            panel.plot(percent["deviation"][chosen], places[chosen], "o", color=f"C{number % 6}", markerfacecolor=filled)
+            panel.plot(percent["deviation"][chosen], places[chosen], markerfacecolor=filled, **look)
     panel.set_ylim(len(found) - 0.4, -0.6)
     names = [f"{row['result'].id} {row['number']}" for row in found]
     panel.set_yticks(places, [name.replace("-", "\N{NON-BREAKING HYPHEN}") for name in names])  # the drawing's hyphens are minus signs
     panel.grid_along = {"x"}
     panel.set_xlabel("computed over published, less 1 [%]")
-    handles = [Line2D([], [], marker="o", color=f"C{number % 6}", linestyle="none", label=", ".join(name)) for number, name in enumerate(kinds)]
+    handles = [Line2D([], [], label=", ".join(name), **look) for name, look in zip(kinds, looks)]
     handles.append(Line2D([], [], color="#B8BCC0", label="combined uncertainty"))
     handles.append(Line2D([], [], color="#222222", linewidth=3, label="of the published value"))
     legend_above(panel, handles)

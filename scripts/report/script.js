@@ -71,9 +71,11 @@ addEventListener("afterprint", () => closed.forEach((one) => { one.open = false;
 // The value of the point nearest to the pointer.
 const hint = document.getElementById("hint");
 function hints(figure) {
+  let before = [];  // a word that is left out is that of the text before
   figure.points ??= figure.dataset.hints.split("\n").map((line) => {
     const [x, y, ...text] = line.split(",");
-    return { x: +x, y: +y, text: text.join(",") };
+    before = text.join(",").split(" ").map((word, index) => word || before[index]);
+    return { x: +x, y: +y, text: before.join(" ") };
   });
   return figure.points;
 }

@@ -143,6 +143,16 @@ def maps(results, most=2):
     return sorted(found, key=lambda result: ("prestrain" in result.id, -len(result.records["outcome_boundary"])))[:most]
 
 
+def plainest(results, most=4):
+    """Of these the first with so few laws that a small panel can name them, else the one with the fewest."""
+
+    def laws(result):
+        return len(set(result.records["outcome_boundary"][LAW]))
+
+    found = maps(results, None)
+    return next((result for result in found if laws(result) <= most), min(found, key=laws, default=None))
+
+
 def stable_where(results):
     """Their figures, as the picture for all."""
     return [stiffness_limit(result, result.records["outcome_boundary"]) for result in maps(results)]

@@ -26,7 +26,7 @@ SCALE = 10  # units of the drawing in a point
 TEXT = 9  # points
 LINE, TICKS, GAP = 12, 10.5, 4  # heights of a line of text, of tick labels, and a distance
 STROKE = 1.6  # the stylesheet's width of lines
-MANY_MARKERS = 60  # of more those that lie on each other are left out
+MANY_MARKERS = 60  # of more those that cover each other by half are left out
 # Colours of the style sheet, of marks and of shades by their names in the page's style, which has others in the dark.
 NAMES = {
     "#0072b2": "c0", "#d55e00": "c1", "#009e73": "c2", "#9c4f7f": "c3", "#000000": "c4", "#8a6d00": "c5",
@@ -73,6 +73,9 @@ def path_data(path, relative_to=None):
         at = points[-1]
         if not any(x or y for x, y in shifts):
             continue
+        if sign == "l" and 0 in shifts[0]:  # along an axis one number tells
+            sign = "v" if shifts[0][0] == 0 else "h"
+            shifts = [[sum(shifts[0])]]
         numbers = joined([number for shift in shifts for number in shift])
         data.append(sign + numbers if sign != letter else numbers if numbers.startswith("-") else " " + numbers)
         letter = sign
@@ -146,28 +149,33 @@ class Canvas(RendererBase):
         if clip is not None:
             room = Bbox.from_extents(*(clip.extents + (-0.6, -0.6, 0.6, 0.6)))
             places = places[[room.contains(*place) for place in places]] if len(places) else places
-        if len(places) > MANY_MARKERS:
-            _, first = np.unique(np.rint(places / 1.5), axis=0, return_index=True)
-            places = places[np.sort(first)]
         mark = marker_trans.transform_path(marker_path)
+        if len(places) > MANY_MARKERS:
+            _, first = np.unique(np.rint(places / max(1.5, np.ptp(mark.vertices[:, 0]) / 2)), axis=0, return_index=True)
+            places = places[np.sort(first)]
+        spots = np.rint(self.flip.transform(places)).astype(int) if len(places) else []
         circle = marker_path.codes is not None and np.isin(marker_path.codes, Path.CURVE4).any()
         colour = to_hex(gc.get_rgb())
         if circle and rgbFace is not None and to_hex(rgbFace) == colour:  # a dot is the round end of a stroke without length
             wide = SCALE * (np.ptp(mark.vertices[:, 0]) + gc.get_linewidth())
             name = NAMES.get(colour)
             style = f' class="dot s-{name}"' if name else f' class="dot" stroke="{colour}"'
-            ends = np.rint(self.flip.transform(places)).astype(int) if len(places) else []
-            steps = [(ends[0], "M")] if len(ends) else []
-            steps += [(b - a, "m") for a, b in zip(ends, ends[1:])]
-            self.add_path("".join(f"{sign}{joined(step)}h0" for step, sign in steps), f'{style} style="--w:{wide:.0f}"')
+            steps = [("M", spots[0])] if len(spots) else []
+            steps += [("m", b - a) for a, b in zip(spots, spots[1:])]
+            self.add_path("".join(f"{sign}{joined(step)}h0" for sign, step in steps), f'{style} style="--w:{wide:.0f}"')
             return
         if circle:
             radius = round(SCALE * (mark.vertices[:, 0].max() - mark.vertices[:, 0].min()) / 2)
-            shape = f"m-{radius} 0a{radius} {radius} 0 1 0 {2 * radius} 0a{radius} {radius} 0 1 0-{2 * radius} 0"
+            start, shape = (-radius, 0), f"a{radius} {radius} 0 10{2 * radius} 0 {radius} {radius} 0 10-{2 * radius} 0"
         else:
-            shape = path_data(Affine2D().scale(SCALE, -SCALE).transform_path(mark), relative_to=(0, 0))
-        data = "".join(f"M{joined(np.rint(place).astype(int))}{shape}" for place in self.flip.transform(places))
-        self.add_path(data, self.style(gc, rgbFace))
+            outline = Affine2D().scale(SCALE, -SCALE).transform_path(mark)
+            start, shape = np.rint(outline.vertices[0]).astype(int), path_data(outline, relative_to=(0, 0)).lstrip("m-0123456789 ")
+        if circle or shape.endswith("z"):  # ends where it starts, from where the next one is told
+            steps = [("M", spots[0] + start)] if len(spots) else []
+            steps += [("m", b - a) for a, b in zip(spots, spots[1:])]
+        else:
+            steps = [("M", spot + start) for spot in spots]
+        self.add_path("".join(f"{sign}{joined(step)}{shape}" for sign, step in steps), self.style(gc, rgbFace))
 
     def draw_image(self, gc, x, y, im, transform=None):
         width, height = (transform.get_matrix()[i, i] for i in (0, 1)) if transform is not None else im.shape[1::-1]
@@ -193,10 +201,10 @@ class Canvas(RendererBase):
         """A line of text, y of its base line from below."""
         left, base = (round(value) for value in self.flip.transform((x, y)))
         attributes = f'x="{left}" y="{base}"'
-        attributes += f' text-anchor="{at}"' if at != "start" else ""
         attributes += f' transform="rotate({-angle:.0f} {left} {base})"' if angle else ""
         attributes += f' font-size="{SCALE * size:.0f}"' if abs(size - TEXT) > 0.3 else ""
-        attributes += f' class="f-{name}"' if name != "ink" else ""
+        classes = ([f"f-{name}"] if name != "ink" else []) + ([at[0]] if at != "start" else [])
+        attributes += f' class="{" ".join(classes)}"' if classes else ""
         self.parts.append(f"<text {attributes}>{escape(text.replace(chr(92) + '$', '$'), quote=False)}</text>")
 
 
@@ -374,12 +382,14 @@ def svg_of(drawing, label, hints=()):
         for artist in sorted(artists, key=lambda artist: artist.get_zorder()):
             artist.draw(canvas)
         draw_frame(canvas, frame)
-    told = []
+    told, before = [], []
     for axes, x, y, text in hints:
         place_of = axes.transData.transform((x, y))
         if np.isfinite(place_of).all():
             left, top = canvas.flip.transform(place_of)
-            told.append(f"{left:.0f},{top:.0f},{text}")
+            words = text.split(" ")  # those that stand in the same place of the text before are left out
+            told.append(f"{left:.0f},{top:.0f}," + " ".join("" if [word] == before[i : i + 1] else word for i, word in enumerate(words)))
+            before = words
     described = escape(label)
     told = f' data-hints="{escape(chr(10).join(told))}"' if told else ""
     body = re.sub(r"(?<=\d)\.0(?=[\" ])", "", "".join(canvas.parts))

@@ -9,7 +9,6 @@ from collections import Counter
 from markupsafe import Markup
 
 PRINTED = 10  # a target of at most that many digits counts as a printed number
-MARKS = {"pass": "✓", "fail": "✗", "error": "!", "finding": "◇", "measured": "·"}
 RAISED = str.maketrans("-−+.0123456789", "⁻⁻⁺·⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -93,10 +92,8 @@ def side_by_side(measured, target, tolerance):
 
 
 def badge(verdict, text=None):
-    """Verdict as mark and word: colour alone says nothing."""
-    return Markup('<span class="verdict {}"><span aria-hidden="true">{}</span> {}</span>').format(
-        verdict, MARKS.get(verdict, "?"), text or verdict
-    )
+    """Verdict as a word, before which the style sheet puts a mark: colour alone says nothing."""
+    return Markup('<span class="verdict {}">{}</span>').format(verdict, text or verdict)
 
 
 def seconds(value):
