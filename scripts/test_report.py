@@ -562,6 +562,26 @@ class FirstScreen(unittest.TestCase):
         for command in ("cost-oscillation-pair", "step-limit", "ablate-paper-scene"):
             self.assertIn(f"<code>veriflex run {command}</code>", page)
 
+    def test_panel_of_stability_takes_a_search_whose_laws_it_can_name(self):
+        sys.path.insert(0, str(REPORT.parent))
+        from report import stability
+        from veriflex import results
+
+        read = {}
+        with tempfile.TemporaryDirectory() as folder:
+            for name, laws in (("many", 10), ("five", 5), ("few", 3)):
+                names = [f"law-{number}" for number in range(laws) for _ in (0, 1)]
+                table = {"body.0.name": names, "strain": [0.0, 0.1] * laws, "boundary": [1.0, 2.0] * laws, "outcome_behind": ["bond"] * 2 * laws}
+                write_result(Path(folder), name, "measured", records=[("outcome_boundary", table)])
+                with h5py.File(Path(folder) / f"{name}.h5", "r+") as file:
+                    file["records/outcome_boundary"].attrs["title"] = "Where the outcome changes along body.0.node_mass, from 1 on"
+                    file["case"].attrs.create("overrides", np.array([], dtype=object), dtype=TEXT)
+                seal(Path(folder) / f"{name}.h5")
+                read[name] = results.read_file(Path(folder) / f"{name}.h5")
+        for names, chosen in ((("many", "five", "few"), "few"), (("many", "five"), "five"), ((), None)):
+            shown = stability.plainest([read[name] for name in names])
+            self.assertEqual(shown and shown.id, chosen)
+
     def test_own_case_gets_a_short_report_without_the_paper(self):
         entry = self.ENTRY | dict(judgements=[], standing="not run")
         with tempfile.TemporaryDirectory() as folder:
@@ -593,6 +613,30 @@ class Page(unittest.TestCase):
         self.assertEqual((levels[0], levels.count(1)), (1, 1))
         self.assertTrue(all(after <= before + 1 for before, after in zip(levels, levels[1:])))
         self.assertEqual(len(re.findall(r"<label>[^<]+<(?:input|select)", page)), len(re.findall(r"<(?:input|select)", page)))
+
+    def test_hints_say_every_point_in_full_once_words_left_out_are_put_back(self):
+        rows = dict(tau=[0.6, 0.6, 0.8, 0.8], nodes=[8.0, 16.0] * 2, outcome=["completed"] * 4, error=[1e-2, 2.5e-3, 4e-2, 1e-2])
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "grid", "measured", records=[("sweep", rows | dict(node_updates=[1.0, 2.0] * 2))])
+            told = re.search(r'data-hints="([^"]*)"', page_of(folder))[1]
+        texts, before = [], []
+        for line in told.split("\n"):
+            words = line.split(",", 2)[2].split(" ")
+            before = [word or before[index] for index, word in enumerate(words)]  # as script.js does
+            texts.append(" ".join(before))
+        wanted = [f"tau {tau:g}, nodes {nodes:g}: error {error:g}" for tau, nodes, error in zip(rows["tau"], rows["nodes"], rows["error"])]
+        self.assertEqual(sorted(texts), sorted(wanted))
+        self.assertLess(len(told), len("\n".join(wanted)) + 10 * len(wanted))  # each has its place before it
+
+    def test_what_is_known_of_a_column_in_time_is_one_row(self):
+        parts = dict(last=3.0, mean=2.0, min=1.0, max=4.0)
+        metrics = [dict(name=f"forces.x.{part}", value=value, dimension="1", meaning=part) for part, value in parts.items()]
+        metrics.append(dict(name="alone.last", value=5.0, dimension="1", meaning="no others"))
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "scene", "measured", metrics=metrics)
+            page = page_of(folder)
+        self.assertIn("<tr><td>forces.x<td>last 3, mean 2, min 1, max 4<td>1<td>last", page)
+        self.assertIn("<tr><td>alone.last<td>5<td>", page)
 
     def test_figures_of_times_need_repeats(self):
         rows = dict(nodes=[8.0, 16.0], outcome=["completed"] * 2, error=[1e-2, 2.5e-3], node_updates=[1.0, 2.0])
