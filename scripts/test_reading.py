@@ -4,8 +4,10 @@
 Usage: scripts/test_reading.py VERIFLEX
 """
 
+import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -13,7 +15,15 @@ import unittest
 import xml.etree.ElementTree
 from pathlib import Path
 
+import h5py
 import numpy as np
+
+try:
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkIOHDF import vtkHDFReader
+    from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLUnstructuredGridReader
+except ImportError:
+    vtkHDFReader = None
 
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE))
@@ -75,6 +85,47 @@ name = "slice"
 from = [0, 6, 0]
 to = [15, 6, 9]
 every = 5
+
+[[observe]]
+what = "body snapshot"
+name = "bodies_hdf"
+every = 10
+format = "vtkhdf"
+
+[[observe]]
+what = "fluid snapshot"
+name = "all_hdf"
+fields = ["density", "velocity", "stress"]
+format = "vtkhdf"
+
+[[observe]]
+what = "fluid snapshot"
+name = "slice_hdf"
+from = [0, 6, 0]
+to = [15, 6, 9]
+every = 5
+format = "vtkhdf"
+
+[[observe]]
+what = "fluid snapshot"
+name = "line_hdf"
+from = [3, 6, 4]
+to = [3, 11, 4]
+format = "vtkhdf"
+
+[[observe]]
+what = "fluid snapshot"
+name = "node_hdf"
+from = [3, 6, 4]
+to = [3, 6, 4]
+format = "vtkhdf"
+
+[[observe]]
+what = "body snapshot"
+name = "atoms"
+body = "chain"
+every = 10
+format = "lammps-data"
 
 [[observe]]
 what = "plane"
@@ -196,13 +247,97 @@ class OfTheCommand(unittest.TestCase):
         self.assertTrue(all((folder / name).is_file() for _, name in members))
 
         self.read_by_vtk(folder, chain, slice_)
+        self.compare_hdf(folder, chain, whole, slice_)
+        self.compare_atoms(folder, chain)
+
+    def compare_hdf(self, folder, chain, whole, slice_):
+        """VTK's HDF5 files hold the arrays of the XML ones bit by bit, to h5py and to VTK's reader; flat pieces are grids."""
+        series = json.loads((folder / "bodies_hdf-chain.hdf.series").read_text("utf-8"))
+        times = [(member["time"], member["name"]) for member in series["files"]]
+        self.assertEqual(times, [(step, f"bodies_hdf-chain-{step:09}.hdf") for step in (0, 10, 20)])
+        for file, arrays, cells in (
+            ("bodies_hdf-chain", chain, [[0, 1], [1, 2], [2, 3], [3, 4]]),
+            ("all_hdf", whole, None),
+            ("slice_hdf", slice_, [[16 * z + x, 16 * z + x + 1, 16 * z + x + 16, 16 * z + x + 17] for z in range(9) for x in range(15)]),
+        ):
+            with h5py.File(folder / f"{file}-000000020.hdf") as opened:
+                group = opened["VTKHDF"]
+                self.assertEqual(list(group.attrs["Version"]), [1, 0])
+                self.assertEqual(group.attrs["TimeValue"], 20.0)
+                held = {name: data[()] for of in ("PointData", "CellData") if of in group for name, data in group[of].items()}
+                for name, values in held.items():
+                    self.assertTrue(np.array_equal(values.reshape(arrays[name].shape), arrays[name]), name)
+                left_out = {"Points", "connectivity", "offsets", "types"}
+                self.assertEqual(set(held), set(arrays) - left_out)
+                if cells is None:
+                    self.assertEqual(group["PointData/velocity"].shape, (10, 12, 16, 3))
+                else:
+                    self.assertEqual(group["Connectivity"][()].reshape(-1, len(cells[0])).tolist(), cells)
+            grid = self.by_vtk_hdf(folder / f"{file}-000000020.hdf")
+            if grid is None:
+                continue
+            self.assertEqual(grid.GetClassName(), "vtkImageData" if cells is None else "vtkUnstructuredGrid")
+            self.assertEqual(grid.GetNumberOfCells(), 15 * 11 * 9 if cells is None else len(cells))
+            for name, values in held.items():
+                got = grid.GetPointData().GetArray(name) or grid.GetCellData().GetArray(name)
+                self.assertTrue(np.array_equal(vtk_to_numpy(got), values.reshape(arrays[name].shape)), name)
+        grid = self.by_vtk_hdf(folder / "slice_hdf-000000020.hdf")
+        if grid is not None:
+            self.assertEqual(grid.GetBounds(), (0.0, 15.0, 6.0, 6.0, 0.0, 9.0))
+            self.assertEqual(self.by_vtk_hdf(folder / "all_hdf-000000020.hdf").GetBounds(), (0.0, 15.0, 0.0, 11.0, 0.0, 9.0))
+            self.assertEqual(self.by_vtk_hdf(folder / "line_hdf-000000020.hdf").GetBounds(), (3.0, 3.0, 6.0, 11.0, 4.0, 4.0))
+            self.assertEqual(self.by_vtk_hdf(folder / "line_hdf-000000020.hdf").GetNumberOfCells(), 5)
+            self.assertEqual(self.by_vtk_hdf(folder / "node_hdf-000000020.hdf").GetNumberOfCells(), 1)
+
+    def by_vtk_hdf(self, path):
+        """The grid of a file by VTK's own reader, None where that is not installed."""
+        if vtkHDFReader is None:
+            return None
+        reader, errors = vtkHDFReader(), []
+        reader.AddObserver("ErrorEvent", lambda *_: errors.append(path.name))
+        reader.SetFileName(str(path))
+        reader.Update()
+        self.assertEqual(errors, [])
+        return reader.GetOutput()
+
+    def compare_atoms(self, folder, chain):
+        """A data file is read as a body of another scene, at the same places; and by LAMMPS, where that is installed."""
+        text = SCENE[: SCENE.index("[[body]]")].replace('"mine"', '"again"')
+        text += """
+[[body]]
+name = "read"
+shape.lammps = { file = "mine.snapshots/atoms-000000020.data" }
+bond = { law = "harmonic", k = 0.02, r0 = 1.0 }
+node_mass = 2.0
+[run]
+steps = 1
+[[observe]]
+what = "nodes"
+body = "read"
+every = 1
+"""
+        (folder.parent / "again.toml").write_text(text, "utf-8")
+        self.run_cases("results/again.toml", "--out", "results")
+        nodes = veriflex.load(folder.parent / "again.h5").record("nodes")
+        start = nodes["step"] == 0
+        self.assertTrue(np.array_equal(np.stack([nodes[name][start] for name in "xyz"], axis=1), chain["Points"]))
+        if not shutil.which("lmp"):
+            return
+        script = (
+            "units lj\natom_style angle\nboundary f f f\nread_data atoms-000000020.data\nbond_style zero\nbond_coeff *\n"
+            "pair_style zero 1.0\npair_coeff * *\n"
+            "dump all all custom 1 read.dump id x y z vx vy vz mass\ndump_modify all sort id format float %.17g\nrun 0\n"
+        )
+        ran = subprocess.run(["lmp", "-log", "none"], input=script, cwd=folder, capture_output=True, text=True)
+        self.assertEqual(ran.returncode, 0, ran.stdout + ran.stderr)
+        rows = np.loadtxt(folder / "read.dump", skiprows=9)
+        self.assertTrue(np.array_equal(rows[:, 1:4], chain["Points"]))
+        self.assertTrue(np.array_equal(rows[:, 4:7], chain["velocity"]))
+        self.assertTrue(np.all(rows[:, 7] == 2.0))
 
     def read_by_vtk(self, folder, chain, slice_):
         """The same arrays by VTK's own readers, where they are installed."""
-        try:
-            from vtkmodules.util.numpy_support import vtk_to_numpy
-            from vtkmodules.vtkIOXML import vtkXMLImageDataReader, vtkXMLUnstructuredGridReader
-        except ImportError:
+        if vtkHDFReader is None:
             return
         body = vtkXMLUnstructuredGridReader()
         body.SetFileName(str(folder / "bodies-chain-000000020.vtu"))
@@ -229,6 +364,7 @@ class OfTheCommand(unittest.TestCase):
         self.run_cases("mine.toml", "--out", "again")
         self.assertFalse((folder / "slice-000000015.vti").exists())
         self.assertTrue((folder / "slice-000000010.vti").exists())
+        self.assertFalse((folder / "slice_hdf-000000015.hdf").exists() or (folder / "atoms-000000020.data").exists())
 
 
 class Units(unittest.TestCase):

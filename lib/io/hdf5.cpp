@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 
@@ -81,12 +82,18 @@ class SmallBuffer : public Handle {
   }
 };
 
+// `chunk`: of a data set that is compressed, else empty.
 void write_dataset(hid_t file, const std::string& path, hid_t file_type, hid_t memory_type, hid_t space,
-                   const void* data) {
+                   const void* data, const std::vector<hsize_t>& chunk = {}) {
   const Handle links(H5Pcreate(H5P_LINK_CREATE), H5Pclose, "link properties");
   check(H5Pset_create_intermediate_group(links, 1), path);
   const Handle properties(H5Pcreate(H5P_DATASET_CREATE), H5Pclose, "data set properties");
   check(H5Pset_obj_track_times(properties, false), path);
+  if (!chunk.empty()) {
+    check(H5Pset_chunk(properties, static_cast<int>(chunk.size()), chunk.data()), path);
+    check(H5Pset_shuffle(properties), path);
+    check(H5Pset_deflate(properties, 1), path);
+  }
   const Handle set(H5Dcreate2(file, path.c_str(), file_type, space, links, properties, H5P_DEFAULT), H5Dclose,
                    path);
   check(H5Dwrite(set, memory_type, H5S_ALL, H5S_ALL, SmallBuffer(), data), path);
@@ -98,6 +105,21 @@ void write_attribute(hid_t file, const std::string& path, const std::string& nam
   const Handle attribute(H5Acreate2(object, name.c_str(), file_type, space, H5P_DEFAULT, H5P_DEFAULT),
                          H5Aclose, path + "@" + name);
   check(H5Awrite(attribute, memory_type, data), path + "@" + name);
+}
+
+// Chunks of some 1 MB, whole in all but the first index.
+template <class Value>
+void write_array(hid_t file, const std::string& path, hid_t file_type, hid_t memory_type,
+                 std::span<const Value> values, const std::vector<std::size_t>& shape) {
+  const std::vector<hsize_t> sizes(shape.begin(), shape.end());
+  const Handle space(H5Screate_simple(static_cast<int>(sizes.size()), sizes.data(), nullptr), H5Sclose, path);
+  std::vector<hsize_t> chunk;
+  if (values.size_bytes() >= std::size_t{1} << 16) {
+    chunk = sizes;
+    const std::size_t row = values.size_bytes() / shape.front();
+    chunk.front() = std::clamp<hsize_t>((std::size_t{1} << 20) / row, 1, sizes.front());
+  }
+  write_dataset(file, path, file_type, memory_type, space, values.data(), chunk);
 }
 
 Handle scalar() { return Handle(H5Screate(H5S_SCALAR), H5Sclose, "a scalar"); }
@@ -135,6 +157,21 @@ void Hdf5Image::numbers(const std::string& path, std::span<const double> values)
   write_dataset(file_, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, extent(values.size()), values.data());
 }
 
+void Hdf5Image::array(const std::string& path, std::span<const double> values,
+                      const std::vector<std::size_t>& shape) {
+  write_array(file_, path, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, values, shape);
+}
+
+void Hdf5Image::array(const std::string& path, std::span<const std::int64_t> values,
+                      const std::vector<std::size_t>& shape) {
+  write_array(file_, path, H5T_STD_I64LE, H5T_NATIVE_INT64, values, shape);
+}
+
+void Hdf5Image::array(const std::string& path, std::span<const std::uint8_t> values,
+                      const std::vector<std::size_t>& shape) {
+  write_array(file_, path, H5T_STD_U8LE, H5T_NATIVE_UINT8, values, shape);
+}
+
 void Hdf5Image::attribute(const std::string& path, const std::string& name, const std::string& value) {
   const Handle type = utf8_text();
   const char* data = value.c_str();
@@ -149,6 +186,21 @@ void Hdf5Image::attribute(const std::string& path, const std::string& name,
                           const std::vector<std::string>& values) {
   const Handle type = utf8_text();
   write_attribute(file_, path, name, type, type, extent(values.size()), pointers(values).data());
+}
+
+void Hdf5Image::attribute(const std::string& path, const std::string& name, std::span<const double> values) {
+  write_attribute(file_, path, name, H5T_IEEE_F64LE, H5T_NATIVE_DOUBLE, extent(values.size()), values.data());
+}
+
+void Hdf5Image::attribute(const std::string& path, const std::string& name,
+                          std::span<const std::int64_t> values) {
+  write_attribute(file_, path, name, H5T_STD_I64LE, H5T_NATIVE_INT64, extent(values.size()), values.data());
+}
+
+void Hdf5Image::ascii_attribute(const std::string& path, const std::string& name, const std::string& value) {
+  const Handle type(H5Tcopy(H5T_C_S1), H5Tclose, "a text type");
+  check(H5Tset_size(type, value.size()), "a text type");
+  write_attribute(file_, path, name, type, type, scalar(), value.data());
 }
 
 std::vector<char> Hdf5Image::bytes(const std::string& name) const {

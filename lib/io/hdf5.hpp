@@ -13,6 +13,7 @@ namespace veriflex::io {
 /// The first line of a file, which says what it is.
 inline const std::string result_seal = "veriflex-result";
 inline const std::string checkpoint_seal = "veriflex-checkpoint";
+inline const std::string snapshot_seal = "veriflex-snapshot";
 
 /// The file being made. Paths are absolute ("/records/potential"); groups on the way to a data set are made
 /// as needed. Identical calls give identical bytes: no times are stored. Every function throws
@@ -29,11 +30,21 @@ class Hdf5Image {
   void text(const std::string& path, const std::string& value);
   void texts(const std::string& path, const std::vector<std::string>& values);
   void numbers(const std::string& path, std::span<const double> values);
+  /// A table or grid, the last index fastest; where it is large, compressed without loss.
+  void array(const std::string& path, std::span<const double> values, const std::vector<std::size_t>& shape);
+  void array(const std::string& path, std::span<const std::int64_t> values,
+             const std::vector<std::size_t>& shape);
+  void array(const std::string& path, std::span<const std::uint8_t> values,
+             const std::vector<std::size_t>& shape);
 
   /// Attributes of the group or data set at `path`, which must exist ("/" always does).
   void attribute(const std::string& path, const std::string& name, const std::string& value);
   void attribute(const std::string& path, const std::string& name, std::int64_t value);
   void attribute(const std::string& path, const std::string& name, const std::vector<std::string>& values);
+  void attribute(const std::string& path, const std::string& name, std::span<const double> values);
+  void attribute(const std::string& path, const std::string& name, std::span<const std::int64_t> values);
+  /// Of fixed length, which some readers demand.
+  void ascii_attribute(const std::string& path, const std::string& name, const std::string& value);
 
   /// The bytes of the file so far: 512 bytes with the SHA-256 of what follows, then the HDF5 structure.
   std::vector<char> bytes(const std::string& seal = result_seal) const;

@@ -443,4 +443,46 @@ LammpsData read_lammps_data(const std::filesystem::path& path) {
   return parse_lammps_data(read_file(path), path.string());
 }
 
+std::string write_lammps_data(const LammpsData& data, const std::vector<std::array<double, 3>>& velocities,
+                              const std::string& title) {
+  std::array<double, 3> low = data.atoms.front().position, high = low;
+  std::map<std::int64_t, const LammpsAtom*> by_id;
+  for (const LammpsAtom& atom : data.atoms) {
+    by_id[atom.id] = &atom;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], atom.position[axis]);
+      high[axis] = std::max(high[axis], atom.position[axis]);
+    }
+  }
+  double longest = 1.0;
+  for (const LammpsBond& bond : data.bonds) {
+    const std::array<double, 3>&a = by_id[bond.atoms[0]]->position, &b = by_id[bond.atoms[1]]->position;
+    longest = std::max(longest, std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]));
+  }
+  std::string text =
+      fmt::format("{}\n\n{} atoms\n{} bonds\n{} angles\n{} atom types\n{} bond types\n{} angle types\n\n",
+                  title, data.atoms.size(), data.bonds.size(), data.angles.size(), data.masses.size(),
+                  data.bond_types, data.angle_types);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    text += fmt::format("{0} {1} {2}lo {2}hi\n", low[axis] - longest, high[axis] + longest, "xyz"[axis]);
+  }
+  text += "\nMasses\n\n";
+  for (const LammpsMass& mass : data.masses) text += fmt::format("{} {}\n", mass.type, mass.mass);
+  text += "\nAtoms # angle\n\n";
+  for (const LammpsAtom& atom : data.atoms)
+    text += fmt::format("{} 1 {} {}\n", atom.id, atom.type, fmt::join(atom.position, " "));
+  text += "\nVelocities\n\n";
+  for (std::size_t i = 0; i < data.atoms.size(); ++i)
+    text += fmt::format("{} {}\n", data.atoms[i].id, fmt::join(velocities[i], " "));
+  const auto add = [&text](const char* name, const auto& all) {
+    if (all.empty()) return;
+    text += fmt::format("\n{}\n\n", name);
+    for (const auto& one : all)
+      text += fmt::format("{} {} {}\n", one.id, one.type, fmt::join(one.atoms, " "));
+  };
+  add("Bonds", data.bonds);
+  add("Angles", data.angles);
+  return text;
+}
+
 }  // namespace veriflex::io

@@ -73,4 +73,10 @@ LammpsData parse_lammps_data(std::string_view text, const std::string& file);
 /// As above, of the file at `path`.
 LammpsData read_lammps_data(const std::filesystem::path& path);
 
+/// A data file of style angle in a box with room for one more bond around its atoms: what LAMMPS and the
+/// reader above read, each number with the digits that tell it from its neighbours. `velocities` has one row
+/// for each atom [L T^-1]. Coefficients are not written.
+std::string write_lammps_data(const LammpsData& data, const std::vector<std::array<double, 3>>& velocities,
+                              const std::string& title);
+
 }  // namespace veriflex::io

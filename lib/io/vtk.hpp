@@ -1,12 +1,10 @@
-/// Files of VTK's XML formats, which ParaView reads: points with lines between them, fields on a box of
-/// nodes, and the list that makes a series in time of them. Arrays stand behind the XML as they are in
-/// memory.
+/// Pictures of a body and of a fluid as files that ParaView reads: VTK's XML formats, or its HDF5 format
+/// (VTKHDF), and the lists that make series in time of them.
 #pragma once
 
 #include <array>
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace veriflex::io {
@@ -18,15 +16,35 @@ struct VtkArray {
   std::vector<double> values;
 };
 
-/// An UnstructuredGrid (.vtu): points (x, y, z one after the other) and lines between them; without lines
-/// each point is a vertex, and there is no data of cells.
-std::string vtk_lines(double time, const std::vector<double>& points,
-                      const std::vector<std::array<std::int64_t, 2>>& lines,
-                      const std::vector<VtkArray>& on_points, const std::vector<VtkArray>& on_lines);
+/// Cells by VTK's numbers.
+enum class VtkCell : std::uint8_t { vertex = 1, line = 3, pixel = 8 };
 
-/// An ImageData (.vti) of nodes one apart, x fastest, the first at `origin`.
-std::string vtk_image(double time, const std::array<std::int64_t, 3>& origin,
-                      const std::array<std::int64_t, 3>& nodes, const std::vector<VtkArray>& on_nodes);
+/// An UnstructuredGrid: points (x, y, z one after the other), and cells of one kind between them, whose
+/// corners are numbers of points, one cell after the other.
+struct VtkGrid {
+  double time;
+  std::vector<double> points;
+  VtkCell cell;
+  std::vector<std::int64_t> corners;
+  std::vector<VtkArray> on_points, on_cells;
+};
+
+/// An ImageData: nodes one apart, x fastest, the first at `origin`.
+struct VtkImage {
+  double time;
+  std::array<std::int64_t, 3> origin, nodes;
+  std::vector<VtkArray> on_nodes;
+};
+
+/// XML (.vtu, .vti), with the arrays behind it as they are in memory.
+std::string vtk_xml(const VtkGrid& grid);
+std::string vtk_xml(const VtkImage& image);
+
+/// VTKHDF 1.0 (.hdf), its arrays compressed without loss, behind the seal of all our HDF5 files. An image
+/// that is flat along an axis is written as a grid of its nodes: VTK's readers of flat images fail, that of
+/// 9.1 by overwriting its memory.
+std::vector<char> vtk_hdf(const VtkGrid& grid);
+std::vector<char> vtk_hdf(const VtkImage& image);
 
 /// A file of a series, and when it is of. Several parts may be of one time.
 struct VtkMember {
@@ -35,7 +53,8 @@ struct VtkMember {
   std::string file;
 };
 
-/// A collection (.pvd) of files beside it.
+/// Lists of files beside them: of XML (.pvd), and of any kind (.<kind>.series, which knows no parts).
 std::string vtk_collection(const std::vector<VtkMember>& members);
+std::string vtk_series(const std::vector<VtkMember>& members);
 
 }  // namespace veriflex::io

@@ -44,6 +44,10 @@ class Record:
         """The numpy array of a column."""
         return self.columns[name].values
 
+    def keys(self):
+        """With it a record is a mapping: `dict(record)` has the arrays by name."""
+        return self.columns.keys()
+
     @property
     def dimensions(self):
         """Dimension of each column, by name."""

@@ -1,5 +1,8 @@
 #include "engine/attachments.hpp"
 
+#include <algorithm>
+#include <array>
+
 #include "io/file.hpp"
 
 namespace veriflex::engine {
@@ -12,12 +15,14 @@ fs::path attachments_folder(const std::string& name, const fs::path& folder) {
 
 namespace {
 
+constexpr std::array kinds{".vtu", ".vti", ".pvd", ".hdf", ".series", ".data"};
+
 void remove_earlier(const fs::path& folder) {
   std::error_code none;
   std::vector<fs::path> earlier;
   for (const fs::directory_entry& entry : fs::directory_iterator(folder, none)) {
     const fs::path kind = entry.path().extension();
-    if (kind == ".vtu" || kind == ".vti" || kind == ".pvd") earlier.push_back(entry.path());
+    if (std::find(kinds.begin(), kinds.end(), kind) != kinds.end()) earlier.push_back(entry.path());
   }
   for (const fs::path& file : earlier) fs::remove(file, none);
   fs::remove(folder, none);  // if nothing else is in it

@@ -6,6 +6,7 @@
 #include "base/error.hpp"
 #include "catch.hpp"
 #include "io/lammps_data.hpp"
+#include "observe/snapshot.hpp"
 #include "scene/lammps_network.hpp"
 #include "solid/elastic.hpp"
 
@@ -148,6 +149,43 @@ TEST_CASE("The lattice of the peer's bar is ours: same energy of the same displa
       return solid::energy(law, angle, network, work);
     };
     CHECK(energy_of(theirs) == Approx(energy_of(ours)).epsilon(1e-12));
+  }
+}
+
+TEST_CASE("A body written as a data file is read as that body: places bit by bit, bonds, angles, mass") {
+  for (const std::array<std::int64_t, 3> nodes : {std::array<std::int64_t, 3>{3, 2, 4}, {1, 1, 5}}) {
+    scene::Body body{};
+    body.material = {bond::Harmonic{0.26, 1.0}, 0.025};
+    body.network = solid::cubic_lattice({nodes, 1.0});
+    body.conditions.node_mass = 1.0 / 3.0;
+    body.place = {4.0, 5.1, -6.0};
+    body.name = "block";
+    solid::add_angles(body.network);
+    body.start.displacement = 0.1 * (37.0 * body.network.rest.array()).sin().matrix();
+    const scene::MovingBody moving(body, nullptr);
+    const std::string text = observe::lammps_data_of(moving, 0.0);
+    const io::LammpsData data = io::parse_lammps_data(text, "written.data");
+    const bool is_chain = nodes[0] == 1;
+    CHECK(data.masses[0].mass == 1.0 / 3.0);
+    CHECK(data.angle_types == (is_chain ? 1 : 2));
+    CHECK_THAT(text, StartsWith("block, step 0; angles of type " + std::string(is_chain ? "1" : "2") +
+                                " rest at 180 degrees"));
+    const solid::Network read = scene::network_of(data, {data.angle_types});
+    CHECK((read.rest.array() == moving.positions().array()).all());
+    REQUIRE(read.bonds.size() == body.network.bonds.size());
+    for (std::size_t b = 0; b < read.bonds.size(); ++b) {
+      CHECK(read.bonds[b].first == body.network.bonds[b].first);
+      CHECK(read.bonds[b].second == body.network.bonds[b].second);
+    }
+    REQUIRE(read.angles.size() == body.network.angles.size());
+    for (std::size_t i = 0; i < read.angles.size(); ++i) {
+      const solid::Angle &ours = body.network.angles[i], &theirs = read.angles[i];
+      CHECK(theirs.bond_a == ours.bond_a);
+      CHECK(theirs.bond_b == ours.bond_b);
+      CHECK(theirs.sign_a == ours.sign_a);
+      CHECK(theirs.sign_b == ours.sign_b);
+      CHECK(theirs.straight == ours.straight);
+    }
   }
 }
 

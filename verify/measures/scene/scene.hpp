@@ -60,6 +60,9 @@ std::function<fluid::Populations(std::int64_t)> read_initial_flow(const io::Tabl
 /// The numbers that a case of the driver is told by, and its [units].
 std::vector<engine::Quantity> quantities_of(const io::Table& top);
 
+/// What files of a snapshot are.
+enum class SnapshotFormat { vtk_xml, vtk_hdf, lammps_data };
+
 /// An [[observe]].
 struct Observation {
   std::string name, what, title;
@@ -70,8 +73,9 @@ struct Observation {
   std::size_t body = 0;               // whose nodes are looked at, and
   std::vector<std::int32_t> nodes{};  // which
   observe::Series (*series)(const scene::Scene&) = nullptr;
-  /// Files for ParaView: of these bodies, or of the fluid from node to node.
+  /// Files: of these bodies, or of the fluid from node to node.
   bool is_snapshot = false;
+  SnapshotFormat format = SnapshotFormat::vtk_xml;
   std::vector<std::size_t> bodies{};
   std::array<std::int64_t, 3> from{}, to{};
   std::int64_t last_step = 0;
@@ -132,8 +136,8 @@ std::array<std::int64_t, 3> read_node(const io::Table& table, const std::string&
 /// `fields` of an observation of the fluid; density and velocity by default.
 observe::Fields read_fields(const io::Table& table);
 
-/// Hands over the files of a snapshot, `<name>-<step>.vtu` or `.vti`, and the list of all of them,
-/// `<name>.pvd`. `steps`: of the snapshots until now, this one too.
+/// Hands over the files of a snapshot, `<name>-<step>.vtu`, `.vti`, `.hdf` or `.data`, and the list of all of
+/// them, `<name>.pvd` or `.hdf.series`. `steps`: of the snapshots until now, this one too.
 void hand_over_snapshot(const Observation& observation, const scene::Simulation& simulation,
                         const std::vector<double>& steps);
 

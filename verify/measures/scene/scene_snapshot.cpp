@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <span>
 
+#include "base/named.hpp"
 #include "io/vtk.hpp"
 #include "measures/scene/scene.hpp"
 #include "observe/attach.hpp"
@@ -11,8 +14,24 @@
 
 namespace veriflex::measures {
 
+namespace {
+
+// Those of VTK first: a fluid has no others.
+constexpr std::array snapshot_formats{
+    Named<SnapshotFormat>{SnapshotFormat::vtk_xml, "vtk-xml", "vtk_xml", "VTK's XML files"},
+    Named<SnapshotFormat>{SnapshotFormat::vtk_hdf, "vtkhdf", "vtkhdf", "VTK's HDF5 files"},
+    Named<SnapshotFormat>{SnapshotFormat::lammps_data, "lammps-data", "lammps_data", "LAMMPS data files"}};
+
+SnapshotFormat read_format(const io::Table& t, std::span<const Named<SnapshotFormat>> known) {
+  if (!t.has("format")) return SnapshotFormat::vtk_xml;
+  return row_named(known, t.choice("format", names_of(known))).value;
+}
+
+}  // namespace
+
 void read_body_snapshot(const io::Table& t, const scene::Scene& scene, Observation& to) {
   to.is_snapshot = true;
+  to.format = read_format(t, snapshot_formats);
   std::vector<std::string> names;
   for (const scene::Body& body : scene.bodies) names.push_back(body.name);
   if (names.empty()) t.fail("what", "it looks at a body", "the scene has none", "Add a [[body]]");
@@ -24,6 +43,7 @@ void read_body_snapshot(const io::Table& t, const scene::Scene& scene, Observati
 
 void read_fluid_snapshot(const io::Table& t, const scene::Scene& scene, Observation& to) {
   to.is_snapshot = true;
+  to.format = read_format(t, std::span(snapshot_formats).first<2>());
   const Grid& grid = scene.fluid->grid;
   to.to = {grid.size[0] - 1, grid.size[1] - 1, grid.size[2] - 1};
   if (t.has("from")) to.from = read_node(t, "from", grid);
@@ -37,10 +57,25 @@ void read_fluid_snapshot(const io::Table& t, const scene::Scene& scene, Observat
 
 namespace {
 
+std::string series_name(const Observation& o, const scene::Simulation& simulation, std::size_t part) {
+  return o.bodies.size() > 1 ? o.name + "-" + simulation.body(o.bodies[part]).name() : o.name;
+}
+
 std::string file_name(const Observation& o, const scene::Simulation& simulation, std::size_t part,
                       double step) {
-  const std::string whose = o.bodies.size() > 1 ? "-" + simulation.body(o.bodies[part]).name() : "";
-  return fmt::format("{}{}-{:09.0f}.{}", o.name, whose, step, o.bodies.empty() ? "vti" : "vtu");
+  const char* kind = o.bodies.empty() ? "vti" : "vtu";
+  if (o.format == SnapshotFormat::vtk_hdf) kind = "hdf";
+  if (o.format == SnapshotFormat::lammps_data) kind = "data";
+  return fmt::format("{}-{:09.0f}.{}", series_name(o, simulation, part), step, kind);
+}
+
+void hand_over(const Observation& o, const std::string& name, const auto& picture) {
+  if (o.format == SnapshotFormat::vtk_hdf) {
+    const std::vector<char> bytes = io::vtk_hdf(picture);
+    observe::attach(name, {bytes.data(), bytes.size()});
+  } else {
+    observe::attach(name, io::vtk_xml(picture));
+  }
 }
 
 }  // namespace
@@ -49,23 +84,31 @@ void hand_over_snapshot(const Observation& o, const scene::Simulation& simulatio
                         const std::vector<double>& steps) {
   if (!observe::is_attaching()) return;
   const double now = steps.back();
-  for (std::size_t k = 0; k < o.bodies.size(); ++k) {
-    observe::attach(file_name(o, simulation, k, now),
-                    observe::snapshot_of_body(simulation.body(o.bodies[k]), now));
-  }
-  if (o.bodies.empty()) {
-    observe::attach(file_name(o, simulation, 0, now),
-                    observe::snapshot_of_fluid(simulation.fluid(), o.from, o.to, o.fields, now));
+  const std::size_t parts = std::max<std::size_t>(1, o.bodies.size());
+  for (std::size_t k = 0; k < parts; ++k) {
+    const std::string name = file_name(o, simulation, k, now);
+    if (o.bodies.empty()) {
+      hand_over(o, name, observe::picture_of_fluid(simulation.fluid(), o.from, o.to, o.fields, now));
+    } else if (o.format == SnapshotFormat::lammps_data) {
+      observe::attach(name, observe::lammps_data_of(simulation.body(o.bodies[k]), now));
+    } else {
+      hand_over(o, name, observe::picture_of_body(simulation.body(o.bodies[k]), now));
+    }
   }
   // Often enough to be looked at while the scene runs; the list of a long series is not written each time.
   if (steps.size() >= 100 && steps.size() % 100 != 0 && simulation.steps() != o.last_step) return;
-  std::vector<io::VtkMember> members;
-  for (const double step : steps) {
-    for (std::size_t k = 0; k < std::max<std::size_t>(1, o.bodies.size()); ++k) {
-      members.push_back({step, static_cast<int>(k), file_name(o, simulation, k, step)});
+  const auto members = [&](std::size_t first, std::size_t count) {
+    std::vector<io::VtkMember> all;
+    for (const double step : steps) {
+      for (std::size_t k = first; k < first + count; ++k)
+        all.push_back({step, static_cast<int>(k), file_name(o, simulation, k, step)});
     }
-  }
-  observe::attach(o.name + ".pvd", io::vtk_collection(members));
+    return all;
+  };
+  if (o.format == SnapshotFormat::vtk_xml)
+    observe::attach(o.name + ".pvd", io::vtk_collection(members(0, parts)));
+  for (std::size_t k = 0; o.format == SnapshotFormat::vtk_hdf && k < parts; ++k)
+    observe::attach(series_name(o, simulation, k) + ".hdf.series", io::vtk_series(members(k, 1)));
 }
 
 }  // namespace veriflex::measures
