@@ -95,8 +95,8 @@ claim = "young-modulus")";
       {"parameter of another law", with("sigma = 1.0", "sigma = 1.0\nbond_stiffness = 1"),
        "unknown key 'bond_stiffness' at [bond]"},
       {"unknown law", with("fene-lj", "fene-jl"),
-       "bad.toml:12:7: unknown bond law 'fene-jl' (known: harmonic, fene-lj, shifted-fene). Did you mean "
-       "'fene-lj'?"},
+       "bad.toml:12:7: unknown bond law 'fene-jl' (known: harmonic, fene-lj, shifted-fene"},
+      {"name near that of a law", with("fene-lj", "fene-jl"), "Did you mean 'fene-lj'?"},
       {"unknown driver", with("driver = \"tensile\"", "driver = \"tensil\""),
        "bad.toml:9:10: unknown driver 'tensil' (known: "},
       {"unknown shape", with("\"bar\"", "\"bra\""), "unknown shape 'bra'"},
