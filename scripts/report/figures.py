@@ -104,8 +104,8 @@ def of_case(result):
             kinds = ()
         elif studies.is_curve_of_numbers(record):
             kinds = (studies.curve_of_numbers,)
-        elif record.name not in KINDS and scene.is_plane(record):
-            kinds = (scene.plane,)
+        elif result.driver == "scene" and record.name not in KINDS:
+            kinds = scene.kinds(result, record)
         for draw in kinds:
             drawn = draw(result, record)
             if drawn is not None:

@@ -1,19 +1,97 @@
-"""Figures of scenes: a plane of the fluid with the bodies in it."""
+"""Figures of scenes: what was observed in time, on a line, of nodes, and a plane of the fluid with the bodies in it."""
 
 import numpy as np
 from matplotlib.colors import PowerNorm
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
-from report.drawing import Figure, WIDTH, canvas, column_label, drawable, extent, inline_svg, legend_above, powers
+from report.drawing import (
+    Figure,
+    MARKED_ROWS,
+    WIDTH,
+    canvas,
+    column_label,
+    drawable,
+    extent,
+    inline_svg,
+    legend_above,
+    powers,
+    quantity,
+)
 from report.filament import FILM_COLOURS, FILM_SAMPLES
 
 VELOCITY = ("velocity_x", "velocity_y", "velocity_z")
+MANY_CURVES, MANY_PANELS = 5, 6  # more curves of one dimension are a panel for each axis
+
+
+def kinds(result, record):
+    """What is drawn of a record: none is called by a name that tells."""
+    if not drawable(record, "step", "time"):
+        return ()
+    if not record.has("x", "y", "z"):
+        return (series,)
+    if record.has("node"):
+        return () if any(is_plane(other) for other in result.records.values()) else (nodes,)
+    return (plane,) if is_plane(record) else (line,)
 
 
 def is_plane(record):
     """Whether a record holds velocities of the fluid on a plane, or in a box one node thick."""
     return drawable(record, "step", "x", "y", "z", *VELOCITY) and sum(np.ptp(record[axis]) == 0.0 for axis in "xyz") == 1
+
+
+def series(result, record):
+    """All columns against time."""
+    return against(record, "time", slice(None), record.title or record.name)
+
+
+def line(result, record):
+    """All columns along a line of the fluid when it was last looked at."""
+    along = [axis for axis in "xyz" if np.ptp(record[axis]) > 0.0]
+    if len(along) != 1:
+        return None
+    return against(record, along[0], record["step"] == record["step"].max(), f"{record.title}, step {record['step'].max():.0f}")
+
+
+def against(record, abscissa, rows, caption):
+    """All columns against one, a panel per dimension, or per axis of vectors where these are many; what is zero throughout is left out."""
+    columns = [column for column in record.columns.values() if column.name not in ("step", "time", "x", "y", "z")]
+    seen = [column for column in columns if column.values.dtype.kind in "iuf" and np.any(column.values[rows] != 0.0)]
+    panels_of_columns = {}
+    for column in seen:
+        along = column.name[-1] if column.name[-2:] in ("_x", "_y", "_z") else ""
+        same = [other for other in seen if other.dimension == column.dimension]
+        panels_of_columns.setdefault((column.dimension, along if len(same) > MANY_CURVES else ""), []).append(column)
+    values = record[abscissa][rows]
+    if not 0 < len(panels_of_columns) <= MANY_PANELS or len(values) < 2:
+        return None
+    drawing, panels = canvas(len(panels_of_columns), height=1.2 + 1.7 * len(panels_of_columns), sharex=True)
+    marker = "." if len(values) < MARKED_ROWS else ""
+    for axes, ((dimension, along), group) in zip(panels, panels_of_columns.items()):
+        for column in group:
+            label = column.name.removesuffix("_" + along).replace("_", " ")
+            axes.plot(values, column.values[rows], marker=marker, label=label)
+        if len(group) == 1:
+            axes.set_ylabel(column_label(group[0]))
+        else:
+            axes.set_ylabel(quantity(f"along {along}" if along else "value", "", dimension))
+            legend_above(axes, axes.get_lines())
+    panels[-1].set_xlabel(column_label(record.columns[abscissa]))
+    if len(seen) < len(columns):
+        caption += "; not drawn, 0 throughout: " + ", ".join(column.name for column in columns if column not in seen)
+    return Figure(caption, inline_svg(drawing, caption))
+
+
+def nodes(result, record):
+    """Nodes of a body when they were last looked at, in the plane of their largest extents."""
+    last = record["step"] == record["step"].max()
+    across, up = sorted(sorted("xyz", key=lambda axis: -np.ptp(record[axis][last]))[:2])
+    drawing, (axes,) = canvas()
+    axes.plot(record[across][last], record[up][last], ".", markersize=3)
+    axes.set_xlabel(column_label(record.columns[across]))
+    axes.set_ylabel(column_label(record.columns[up]))
+    caption = f"{record.title}, step {record['step'].max():.0f}"
+    return Figure(caption, inline_svg(drawing, caption))
 
 
 def plane(result, record):

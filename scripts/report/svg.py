@@ -273,6 +273,12 @@ def rows_of_legend(handles, room):
 
 def place(drawing, width, height):
     """Gives each panel of the drawing's grid its place; returns the frames."""
+    frames, outgrown = placed(drawing, width, height)
+    return placed(drawing, width, height)[0] if outgrown else frames
+
+
+def placed(drawing, width, height):
+    """The frames, and whether a panel has wider labels now, with other ticks at its new size, than room was left for."""
     frames = [Frame(axes, width) for axes in drawing.axes if axes.get_visible()]
     spans = [frame.axes.get_subplotspec() for frame in frames]
     columns, rows = spans[0].get_gridspec().ncols, spans[0].get_gridspec().nrows
@@ -288,14 +294,17 @@ def place(drawing, width, height):
         frame.slant(wide)
     tops, bottoms = ([most(side, "r", r) for r in range(rows)] for side in ("top", "bottom"))
     tall = max(height - sum(tops) - sum(bottoms), 30 * rows) / sum(ratios)
+    outgrown = False
     for frame, span in zip(frames, spans):
         row, column = span.rowspan.start, span.colspan.start
         left = sum(lefts[: column + 1]) + sum(rights[:column]) + column * wide
         top = sum(tops[: row + 1]) + sum(bottoms[:row]) + tall * sum(ratios[:row])
         frame.axes.set_position((left / width, 1 - (top + tall * ratios[row]) / height, wide / width, tall * ratios[row] / height))
         frame.axes.apply_aspect()
+        widest = frame.y.widest
         frame.x, frame.y = Side(frame.axes.xaxis), Side(frame.axes.yaxis)
-    return frames
+        outgrown = outgrown or frame.y.widest > widest
+    return frames, outgrown
 
 
 def draw_frame(canvas, frame):
