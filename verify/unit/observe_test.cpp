@@ -289,6 +289,63 @@ steps = 1
   CHECK_THAT(refused("fluid.initial.steepness=0.0"), ContainsSubstring("'steepness' is 0"));
 }
 
+TEST_CASE("Probes with weights make one number of each field, their weighted sum") {
+  const unit::Folder folder;
+  const std::string scene = R"(schema = 2
+id = "probes"
+title = "Probes"
+question = "What flows?"
+equation = "Navier-Stokes"
+sources = []
+tier = "quick"
+topics = []
+driver = "scene"
+[fluid]
+nodes = [16, 8, 1]
+relaxation_time = 0.8
+initial = { flow = "shear-wave", velocity = [0.0, 0.04, 0.0], along = "x" }
+[run]
+steps = 10
+[[observe]]
+what = "probe"
+name = "each"
+every = 5
+point = [{ node = [2, 5, 0] }, { node = [5, 1, 0] }, { node = [9, 7, 0] }]
+[[observe]]
+what = "probe"
+name = "all"
+every = 5
+)";
+  folder.write(
+      "probes.toml",
+      scene +
+          R"(point = [{ node = [2, 5, 0], weight = 1.5 }, { node = [5, 1, 0], weight = -0.5 }, { node = [9, 7, 0], weight = -1.0 }]
+)");
+  const unit::Ran ran = folder.run({"run", "probes.toml"});
+  INFO(ran.err);
+  CHECK(ran.code == 0);
+  CHECK_THAT(ran.out, ContainsSubstring("all.velocity_y.last"));
+  const io::Hdf5File file(folder.path() / "results/probes.h5");
+  const auto values = [&](const std::string& name) { return file.numbers("/records/" + name); };
+  for (const std::string field : {"density", "velocity_y"}) {
+    const std::vector<double> sum = values("all/" + field);
+    REQUIRE(sum.size() == 3);
+    for (std::size_t i = 0; i < sum.size(); ++i) {
+      const double expected = 1.5 * values("each/" + field + "_0")[i] -
+                              0.5 * values("each/" + field + "_1")[i] - values("each/" + field + "_2")[i];
+      CHECK(sum[i] == Approx(expected).margin(1e-15));
+    }
+  }
+  CHECK(std::abs(values("all/velocity_y")[0]) > 0.01);
+
+  for (const std::string points : {"{ node = [2, 5, 0], weight = 1.5 }, { node = [5, 1, 0] }",
+                                   "{ node = [2, 5, 0] }, { node = [5, 1, 0], weight = 1.5 }"}) {
+    folder.write("probes.toml", scene + "point = [" + points + "]\n");
+    CHECK_THAT(folder.run({"run", "probes.toml"}).err,
+               ContainsSubstring("some points have a weight and some have none"));
+  }
+}
+
 TEST_CASE("A flow that does not become steady names what still changes") {
   const unit::Ran ran = run_case("array-cylinders", {"channel.step_limit=1500"});
   INFO(ran.err);

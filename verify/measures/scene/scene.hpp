@@ -69,6 +69,7 @@ struct Observation {
   observe::Due due{INFINITY};
   std::vector<std::int64_t> places;  // of the fluid, for probes and fields
   bool probes = false;               // one row for all places, not one for each
+  std::vector<double> weights{};     // of the places in one sum over them; empty: each has its own columns
   observe::Fields fields;
   std::size_t body = 0;               // whose nodes are looked at, and
   std::vector<std::int32_t> nodes{};  // which

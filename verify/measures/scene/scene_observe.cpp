@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/error.hpp"
 #include "base/memory.hpp"
@@ -59,6 +60,12 @@ void read_places(const io::Table& t, const scene::Scene& scene, Observation& to)
     for (const io::Table& point : t.tables("point")) {
       const auto [x, y, z] = read_node(point, "node", grid);
       to.places.push_back(grid.index(x, y, z));
+      if (to.places.size() > 1 && point.has("weight") == to.weights.empty()) {
+        point.fail("weight", "some points have a weight and some have none",
+                   "with weights they are summed, without each stands for itself",
+                   "Give all of them one, or none");
+      }
+      if (point.has("weight")) to.weights.push_back(point.number("weight"));
     }
     if (to.places.empty())
       t.fail("point", "no point is given", "a probe looks at some",
@@ -219,6 +226,14 @@ void append_now(const Observation& o, const scene::Simulation& simulation, Recor
   if (!o.places.empty()) {
     const Record now = observe::at_nodes(simulation.fluid(), o.places, o.fields, "", "");
     std::vector<double> row{step, step};
+    if (!o.weights.empty()) {
+      for (std::size_t c = 3; c < now.columns.size(); ++c) {
+        row.push_back(
+            std::inner_product(o.weights.begin(), o.weights.end(), now.columns[c].values.begin(), 0.0));
+      }
+      record.append(row);
+      return;
+    }
     for (std::size_t i = 0; i < o.places.size(); ++i) {
       if (!o.probes) row = {step, step};
       for (std::size_t c = o.probes ? 3 : 0; c < now.columns.size(); ++c) {
@@ -326,9 +341,9 @@ Record empty_record(const Observation& o, const scene::Scene& scene) {
   } else if (o.probes) {
     std::vector<Column> columns = observe::columns_of(o.fields);
     columns.erase(columns.begin(), columns.begin() + 3);  // the node's place, which stands in the case
-    for (std::size_t i = 0; i < o.places.size(); ++i) {
-      add(columns, o.places.size() == 1 ? "" : fmt::format("_{}", i));
-    }
+    const bool one = o.places.size() == 1 || !o.weights.empty();
+    for (std::size_t i = 0; i < (one ? 1 : o.places.size()); ++i)
+      add(columns, one ? "" : fmt::format("_{}", i));
   } else if (!o.places.empty()) {
     add(observe::columns_of(o.fields), "");
   } else {
