@@ -638,6 +638,34 @@ class Page(unittest.TestCase):
         self.assertIn("<tr><td>forces.x<td>last 3, mean 2, min 1, max 4<td>1<td>last", page)
         self.assertIn("<tr><td>alone.last<td>5<td>", page)
 
+    def test_a_scene_is_drawn_in_time_and_on_its_plane_under_its_bodies(self):
+        steps = np.arange(0.0, 60.0, 10.0)
+        forces = dict(step=steps, time=steps, rod_fluid_x=np.sin(steps), rod_fluid_z=0.0 * steps)
+        z, x = (values.ravel() for values in np.meshgrid(np.arange(3.0), np.arange(5.0), indexing="ij"))
+        flow = dict(step=0 * x + 50, time=0 * x + 50, x=x, y=0 * x, z=z, velocity_x=x, velocity_y=0 * x, velocity_z=0 * x)
+        rod = dict(step=[50.0, 50.0], time=[50.0, 50.0], node=[0.0, 1.0], x=[1.0, 2.0], y=[0.0, 0.0], z=[1.0, 1.0])
+        records = [("forces", forces), ("plane", flow), ("nodes", rod)]
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "flows", "pass", driver="scene", records=records)
+            page = page_of(folder)
+        self.assertEqual(page.count('class="plot"'), 2)  # forces, and the plane with the nodes in it
+        self.assertIn("not drawn, 0 throughout: rod_fluid_z", page)
+        self.assertIn("step 50: speed of the fluid", page)
+        self.assertIn("Dots are nodes of bodies", page)
+
+    def test_labels_of_an_axis_have_room_beside_its_title(self):
+        steps = np.arange(0.0, 60.0)
+        pull = {}
+        for name, top in dict(a=1.0, b=0.5, c=-0.55).items():
+            pull |= {f"{name}_x": 0.2 * top * steps / 59, f"{name}_y": 0.0093 * top * steps / 59}
+        records = [("forces", dict(step=steps, time=steps) | pull)]
+        with tempfile.TemporaryDirectory() as folder:
+            write_result(Path(folder), "scene", "pass", driver="scene", records=records)
+            page = page_of(folder)
+        for drawing in re.findall(r'<svg[^>]*class="plot".*?</svg>', page, re.S):
+            for place in re.findall(r'<text x="(-?\d+)"[^>]*rotate\(-90', drawing):
+                self.assertGreaterEqual(int(place), 8 * 10)  # a line's height, in tenths of a point
+
     def test_figures_of_times_need_repeats(self):
         rows = dict(nodes=[8.0, 16.0], outcome=["completed"] * 2, error=[1e-2, 2.5e-3], node_updates=[1.0, 2.0])
         cost = dict(nodes=[8.0, 16.0], wall_seconds=[1.0, 2.0], min_wall_seconds=[0.9, 1.9], max_wall_seconds=[1.1, 2.2])
