@@ -31,7 +31,7 @@ def table(root):
 def run_all(build, names, seconds, jobs, show, told):
     """Puts each bug before all cases and tests that take up to so many seconds, and where these let it pass before the slower ones, up to the
     first that does not. `told` is called after each with all tests, those that meet every bug, and the outcomes by bug until then."""
-    suite = Suite(build)
+    suite = Suite.of_build(build)
     tests = suite.timed(build / "planted-times.json", jobs, show)
     cheap = [test for test in tests if test.seconds <= seconds]
     slow = sorted((test for test in tests if test.seconds > seconds), key=lambda test: test.seconds)
@@ -79,21 +79,23 @@ def how_much(outcome):
 def at_tolerance(factor, names, tests, found):
     """What the cases that met every bug would have caught, had every tolerance been so many times what it is. A margin is error over
     tolerance, or for what must lie outside of its tolerance the inverse: both are divided by the factor. Checks that would then fail
-    without a bug are none."""
-    good = {test.label: {(metric, statement) for metric, statement, margin, _ in test.margins if margin is None or margin <= factor}
-            for test in tests if test.kind == "case"}
-    false_alarms = sum(len(test.margins) - len(good[test.label]) for test in tests if test.kind == "case")
+    without a bug are none. A refuted claim has a margin above 1 as long as nothing is wrong, and is judged by a band around what was
+    recorded: no factor changes whether it stands."""
+    checks = {(test.label, metric, statement): (margin, verdict)
+              for test in tests if test.kind == "case" for metric, statement, margin, verdict in test.margins}
+    refuted = {check for check, (_, verdict) in checks.items() if verdict == "finding"}
+    good = {check for check, (margin, _) in checks.items() if check not in refuted and margin is not None and margin <= factor}
 
     def catches(label, outcome):
         if outcome.how in ("error", "crash", "time-out"):
             return True
-        held = [check for check in outcome.margins if (check[0], check[1]) in good[label]]
-        # What is refuted is judged by a band of its own: no factor of a tolerance changes it.
-        return any(verdict == "fail" and margin is not None and margin <= 1.0 or margin is None or
-                   verdict != "finding" and margin > factor for _, _, margin, verdict in held)
+        told = [((label, metric, statement), margin, verdict) for metric, statement, margin, verdict in outcome.margins]
+        return any(check in refuted and verdict == "fail" or check in good and (margin is None or margin > factor) for check, margin, verdict in told)
 
-    caught = [name for name in names if any(catches(label, found[name][label]) for label in good if label in found[name])]
-    return {"factor": factor, "caught": len(caught), "missed": sorted(set(names) - set(caught)), "would_fail_without_a_bug": false_alarms}
+    labels = {test.label for test in tests if test.kind == "case"}
+    caught = [name for name in names if any(catches(label, outcome) for label, outcome in found[name].items() if label in labels)]
+    return {"factor": factor, "caught": len(caught), "missed": sorted(set(names) - set(caught)),
+            "would_fail_without_a_bug": len(checks) - len(refuted) - len(good)}
 
 
 def markdown(told):

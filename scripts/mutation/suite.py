@@ -18,8 +18,8 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-TIMES, SECONDS = 8.0, 20.0  # a test may take so many times its own CPU time, and so many seconds more
-MEMORY = 16 << 30  # bytes of address space: what asks for ever more ends before the machine does
+TIMES, SECONDS = 8.0, 10.0  # a test may take so many times its own CPU time, and so many seconds more
+MEMORY = 10 << 30  # bytes of address space: what asks for ever more ends before the machine does
 BATCH = 40  # unit tests that one program runs
 
 
@@ -47,14 +47,18 @@ class Outcome:
 
 
 class Suite:
-    """Of the programs in a build folder. `environment`: what is set beside the caller's own."""
+    """Of the command and of the unit tests. `environment`: what is set beside the caller's own."""
 
-    def __init__(self, build, environment=None):
-        self.program, self.unit = Path(build) / "veriflex", Path(build) / "verify" / "veriflex_unit"
-        for program in (self.program, self.unit):
-            if not program.exists():
-                raise SystemExit(f"mutants: {program} is missing. Build the targets veriflex and veriflex_unit there")
-        self.environment = environment or {}
+    def __init__(self, program, unit, environment=None):
+        self.program, self.unit, self.environment = program, unit, environment or {}
+
+    @classmethod
+    def of_build(cls, build):
+        program, unit = Path(build) / "veriflex", Path(build) / "verify" / "veriflex_unit"
+        for one in (program, unit):
+            if not one.exists():
+                raise SystemExit(f"mutants: {one} is missing. Build the targets veriflex and veriflex_unit there")
+        return cls(program, unit)
 
     def tests(self):
         """All of them, without their times."""
@@ -115,10 +119,11 @@ class Suite:
         return outcomes
 
     def confirmed(self, outcomes, tests, mutant=None):
-        """The same outcomes. Where only one or two tests have caught a mutant they are asked once more: on a busy machine a test may fail that
-        waits for something."""
+        """The same outcomes. Where only one or two tests have caught a mutant those that have failed are asked once more: on a busy machine a test
+        may fail that waits for something."""
         caught = [test for test in tests if test.label in outcomes and outcomes[test.label].caught]
-        return outcomes | (self.run(caught, mutant) if len(caught) <= 2 else {})
+        failed = [test for test in caught if outcomes[test.label].how in ("failed", "error")]
+        return outcomes | (self.run(failed, mutant) if len(caught) <= 2 and failed else {})
 
     def _case(self, test, folder, environment, cpu):
         words = [self.program, "run", test.name, "--out", f"{folder}/results", "--threads", "1", "--json"]
@@ -186,7 +191,8 @@ def run_limited(words, environment, cpu):
         resource.setrlimit(resource.RLIMIT_CPU, (int(cpu) + 1, int(cpu) + 3))
         resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # which is ignored in what a shell starts in the background
+        for one in (signal.SIGINT, signal.SIGHUP):  # which are ignored in what a shell starts in the background, or nohup
+            signal.signal(one, signal.SIG_DFL)
 
     with tempfile.TemporaryFile() as said:
         start = time.monotonic()

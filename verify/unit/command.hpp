@@ -27,6 +27,13 @@ struct Ran {
   std::string out, err;
 };
 
+/// The command that is tested: what was built with the tests, or another program that VERIFLEX_COMMAND in the
+/// environment names.
+inline std::string command() {
+  const char* other = std::getenv("VERIFLEX_COMMAND");
+  return other != nullptr ? other : VERIFLEX_COMMAND;
+}
+
 /// A folder that is removed at the end.
 class Folder {
  public:
@@ -57,7 +64,7 @@ class Folder {
 
   /// A line of sh here, in which "$V" is the command.
   Ran shell(const std::string& line) const {
-    const std::string there = "cd '" + path_.string() + "' && { V='" VERIFLEX_COMMAND "'; " + line + "; }";
+    const std::string there = "cd '" + path_.string() + "' && { V='" + command() + "'; " + line + "; }";
     const int status = std::system((there + " >.stdout 2>.stderr").c_str());
     return {WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status), contents(path_ / ".stdout"),
             contents(path_ / ".stderr")};

@@ -152,12 +152,17 @@ TEST_CASE("Listed nodes are coupled, and a list that names no node of the body i
 
 TEST_CASE("A marker whose support leaves a walled box stops the run with its place") {
   Transfer transfer(box, {false, true, false}, Delta::Cosine);
-  Positions X = Positions::Constant(2, 3, 4.0);
-  transfer.locate(X);
-  X(1, 1) = 0.5;
-  CHECK_THROWS_WITH(transfer.locate(X), ContainsSubstring("marker 1 is at y = 0.5"));
-  X(1, 1) = NAN;
-  CHECK_THROWS_WITH(transfer.locate(X), ContainsSubstring("no place in the box"));
+  const Positions good = Positions::Constant(3, 3, 4.0);
+  transfer.locate(good);
+  for (const int marker : {0, 1, 2}) {
+    Positions X = good;
+    X(marker, 1) = 0.5;
+    const std::string name = "marker " + std::to_string(marker);
+    CHECK_THROWS_WITH(transfer.locate(X), ContainsSubstring(name + " is at y = 0.5"));
+    X(marker, 1) = NAN;
+    CHECK_THROWS_WITH(transfer.locate(X),
+                      ContainsSubstring(name) && ContainsSubstring("no place in the box"));
+  }
 }
 
 TEST_CASE("Turning a body keeps its handedness and lays its axis along the one asked for") {

@@ -74,6 +74,18 @@ TEST_CASE("A change in the last bit is a change, and by how much is said") {
   CHECK(d.records[0].relative == Approx(0.2));
 }
 
+TEST_CASE("A check that measured another number is a change, though it passes as before") {
+  StoredResult after = result("a");
+  after.checks[0].measured = std::nextafter(0.5, 1.0);
+  const engine::CaseDifference d = engine::difference(result("a"), after);
+  CHECK(!d.is_same());
+  CHECK(d.same_checks == 0);
+  REQUIRE(d.checks.size() == 1);
+  CHECK(!d.checks[0].verdict_changed());
+  CHECK(!d.checks[0].requirement_changed());
+  CHECK(d.worse.empty());
+}
+
 TEST_CASE("A new failure, a new error, a lost check and a lost case are worse") {
   const auto worse = [](const StoredResult& before, const StoredResult& after) {
     return engine::difference(std::vector{before}, std::vector{after}).worse;

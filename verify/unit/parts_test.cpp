@@ -76,6 +76,21 @@ TEST_CASE("Parts are counted while they exist, what several share once") {
   CHECK(parts::peak().bytes == 0.0);
 }
 
+TEST_CASE("A copy of a part shares what that one shares, and leaves it there at its end") {
+  parts::restart();
+  const int shared = 0;
+  {
+    const parts::Built first(Kind::Bonds, 100.0, &shared);
+    { const parts::Built copy = first; }
+    const parts::Built other(Kind::Angles, 10.0);
+    CHECK(parts::peak().bytes == 110.0);
+  }
+  parts::restart();
+  CHECK(parts::peak().bytes == 0.0);
+  const parts::Built again(Kind::Bonds, 100.0, &shared);  // counts anew
+  CHECK(parts::peak().bytes == 100.0);
+}
+
 TEST_CASE("Parts, their plan and the allocator agree on a scene's memory within 2 %") {
   scene::Scene scene;
   SECTION("a body alone") { scene.bodies = {rod(400, false)}; }

@@ -70,7 +70,7 @@ std::string endless() { return with_value(periodic_fluid("long"), "steps", "1000
 class Process {
  public:
   Process(const Folder& folder, const std::string& arguments) {
-    const std::string line = "cd '" + folder.path().string() + "' && exec '" VERIFLEX_COMMAND "' " +
+    const std::string line = "cd '" + folder.path().string() + "' && exec '" + unit::command() + "' " +
                              arguments + " >.stdout 2>.stderr";
     posix_spawnattr_t attributes;
     posix_spawnattr_init(&attributes);

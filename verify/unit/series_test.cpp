@@ -2,6 +2,7 @@
 #include "observe/series.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "bond/harmonic.hpp"
@@ -165,6 +166,36 @@ TEST_CASE(
           Approx(value(forces, row, "pair_fluid_" + axis) + value(forces, row, "other_fluid_" + axis) +
                  value(forces, row, "obstacle_fluid_" + axis))
               .epsilon(1e-13));
+  }
+}
+
+TEST_CASE("What holds each of several bodies is what the change of its momentum and its load leave over") {
+  scene::Scene scene{.bodies = {pair(0.01), pair(0.03), pair(-0.02)}};
+  const std::array<std::string, 3> names{"first", "free", "last"};
+  for (std::size_t i = 0; i < 3; ++i) {
+    scene.bodies[i].name = names[i];
+    if (names[i] == "free") continue;
+    scene.bodies[i].conditions.fixed = solid::FixedDofs::Constant(2, 3, false);
+    scene.bodies[i].conditions.fixed.row(0).setConstant(true);
+  }
+  const Vec3 load{2e-5, 0.0, 3e-4};
+  scene.bodies[2].conditions.load = load.transpose().replicate(2, 1);
+  const observe::Series forces = observe::forces(scene);
+  scene::Simulation simulation(scene);
+  forces.every_step(simulation);
+  for (int step = 0; step < 5; ++step) {
+    const Vec3 before[]{simulation.body(0).momentum(), simulation.body(2).momentum()};
+    simulation.advance();
+    forces.every_step(simulation);
+    const std::vector<double> row = forces.row(simulation);
+    const Vec3 first = simulation.body(0).momentum() - before[0],
+               last = simulation.body(2).momentum() - before[1] - 2.0 * load;
+    CHECK(first.norm() > 1e-6);
+    for (int axis = 0; axis < 3; ++axis) {
+      const std::string component{'_', "xyz"[axis]};
+      CHECK(value(forces, row, "first_support" + component) == Approx(first[axis]).margin(1e-16));
+      CHECK(value(forces, row, "last_support" + component) == Approx(last[axis]).margin(1e-16));
+    }
   }
 }
 
