@@ -84,6 +84,7 @@ what = "fluid snapshot"
 name = "slice"
 from = [0, 6, 0]
 to = [15, 6, 9]
+fields = ["density", "velocity", "stress"]
 every = 5
 
 [[observe]]
@@ -103,6 +104,7 @@ what = "fluid snapshot"
 name = "slice_hdf"
 from = [0, 6, 0]
 to = [15, 6, 9]
+fields = ["density", "velocity", "stress"]
 every = 5
 format = "vtkhdf"
 
@@ -128,9 +130,16 @@ every = 10
 format = "lammps-data"
 
 [[observe]]
+what = "fluid snapshot"
+name = "corner"
+from = [2, 5, 1]
+to = [9, 7, 6]
+
+[[observe]]
 what = "plane"
 axis = "y"
 at = 6
+fields = ["density", "velocity", "stress"]
 every = 5
 
 [[observe]]
@@ -219,10 +228,17 @@ class OfTheCommand(unittest.TestCase):
         self.assertTrue(np.array_equal(slice_["density"], plane["density"][now]))
         for axis, name in enumerate("xyz"):
             self.assertTrue(np.array_equal(slice_["velocity"][:, axis], plane[f"velocity_{name}"][now]))
+        for column, name in enumerate(["xx", "yy", "zz", "xy", "yz", "xz"]):
+            self.assertTrue(np.array_equal(slice_["stress"][:, column], plane[f"stress_{name}"][now]))
         whole, _ = appended(folder / "all-000000020.vti")
         self.assertEqual(whole["density"].shape, (16 * 12 * 10,))
         self.assertEqual(whole["stress"].shape, (16 * 12 * 10, 6))
-        self.assertTrue(np.array_equal(whole["density"].reshape(10, 12, 16)[:, 6, :].ravel(), slice_["density"]))
+        density = whole["density"].reshape(10, 12, 16)
+        self.assertTrue(np.array_equal(density[:, 6, :].ravel(), slice_["density"]))
+        corner, tree = appended(folder / "corner-000000020.vti")
+        self.assertEqual(tree.find("ImageData").get("Origin"), "2 5 1")
+        self.assertEqual(tree.find("ImageData").get("WholeExtent"), "0 7 0 2 0 5")
+        self.assertTrue(np.array_equal(density[1:7, 5:8, 2:10].ravel(), corner["density"]))
 
         nodes = result.record("nodes")
         now = nodes["step"] == 20

@@ -116,11 +116,20 @@ class Bench:
         elif not all(self._done(put(words, "-o", [str(self.folder / name), str(made)])) for name, words in self.linkers.items()):
             mutant.result = "does not compile"
         else:
-            outcomes = self.suite.confirmed(self.suite.run(tests, until_caught=True), tests)
-            caught = [(label, outcome.how) for label, outcome in outcomes.items() if outcome.caught]
-            mutant.result, (mutant.by, mutant.how) = ("caught", caught[0]) if caught else ("survived", ("", ""))
+            mutant.result, mutant.by, mutant.how = self._met(tests)
         for file in (source, made):
             file.unlink(missing_ok=True)
+
+    def _met(self, tests):
+        """What the tests say. One that fails only after others in the same program is passed over: it goes on with those behind it."""
+        waiting = list(tests)
+        while waiting:
+            outcomes = self.suite.confirmed(self.suite.run(waiting, until_caught=True), waiting)
+            for label, outcome in outcomes.items():
+                if outcome.caught:
+                    return "caught", label, outcome.how
+            waiting = [test for test in waiting if test.label not in outcomes]
+        return "survived", "", ""
 
     def _done(self, words):
         return subprocess.run(words, cwd=self.build, capture_output=True, check=False).returncode == 0
@@ -233,15 +242,15 @@ def in_order(tests):
 
 
 class Nearness:
-    """Which tests have to do with a file of lib: those whose own file includes its header, or a header of its folder, by themselves or through
-    another file of tests. And those that have caught a mutant there."""
+    """Which tests have to do with a file of lib: those whose own file includes its header, by itself or through another file of tests, or names
+    something of its folder. And those that have caught a mutant there."""
 
     def __init__(self, root):
         unit = root / "verify/unit"
         texts = {path.name: path.read_text() for path in unit.glob("*.[ch]pp")}
         self.includes = {}  # of a test
         for text in texts.values():
-            here = set(re.findall(r'#include "(\w+/\w+)\.hpp"', text))
+            here = {*re.findall(r'#include "(\w+/\w+)\.hpp"', text), *(f"{space}/" for space in re.findall(r"\b(\w+)::", text))}
             all_of_it = here.union(*(re.findall(r'#include "(\w+/\w+)\.hpp"', texts[name]) for name in texts if f'#include "unit/{name}"' in text))
             for name in re.findall(r'TEST_CASE\(\s*((?:"(?:[^"\\]|\\.)*"\s*)+)', text):
                 self.includes["unit " + "".join(re.findall(r'"((?:[^"\\]|\\.)*)"', name))] = all_of_it

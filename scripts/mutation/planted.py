@@ -61,7 +61,7 @@ def summary(root, names, tests, met_all, found, took):
         caught = {label: outcome for label, outcome in found[name].items() if outcome.caught}
         bugs[name] = {**known[name], "caught": bool(caught),
                       "cases": {label[5:]: how_much(o) for label, o in caught.items() if label.startswith("case ")},
-                      "units": {label[5:]: o.how for label, o in caught.items() if label.startswith("unit ")},
+                      "units": {label.split(" ", 1)[1]: o.how for label, o in caught.items() if not label.startswith("case ")},
                       "met": len(found[name])}
     idle = [test.label for test in met_all if not any(found[name].get(test.label, Outcome("passed")).caught for name in names)]
     return {"planted": len(names), "caught": sum(bug["caught"] for bug in bugs.values()), "seconds": round(took),

@@ -1,4 +1,4 @@
-"""The quick cases and the unit tests of a build, one by one and with limits: what a mutant must get past.
+"""The quick cases, the unit tests and a script of a build, one by one and with limits: what a mutant must get past.
 
 A test that ends by itself has passed or failed. One that takes many times as long as without a bug is killed, and counts as caught by
 time-out: what takes for ever is noticed.
@@ -21,11 +21,12 @@ from pathlib import Path
 TIMES, SECONDS = 8.0, 10.0  # a test may take so many times its own CPU time, and so many seconds more
 MEMORY = 10 << 30  # bytes of address space: what asks for ever more ends before the machine does
 BATCH = 40  # unit tests that one program runs
+SCRIPTS = {"reading script": Path(__file__).resolve().parent.parent / "test_reading.py"}  # which is given the command
 
 
 @dataclass
 class Test:
-    kind: str  # "case" or "unit"
+    kind: str  # "case", "unit" or "script"
     name: str
     seconds: float = 0.0  # of CPU time, without a bug
     margins: list = field(default_factory=list)  # of a case's checks: error over tolerance, without a bug
@@ -64,7 +65,8 @@ class Suite:
         """All of them, without their times."""
         cases = json.loads(self._say([self.program, "list", "--tier", "quick", "--json"]))
         units = self._say([self.unit, "--list-test-names-only"]).splitlines()
-        return [Test("case", case["id"]) for case in cases] + [Test("unit", name) for name in units if name]
+        return ([Test("case", case["id"]) for case in cases] + [Test("unit", name) for name in units if name] +
+                [Test("script", name) for name in SCRIPTS])
 
     def timed(self, kept, jobs, show):
         """All tests with their times and margins, which are measured once for these programs and then kept in that file. All must pass."""
@@ -105,9 +107,10 @@ class Suite:
                 environment["VERIFLEX_MUTANT"] = mutant
             waiting = list(tests)
             while waiting and not (until_caught and any(o.caught for o in outcomes.values())):
-                if waiting[0].kind == "case":
+                if waiting[0].kind != "unit":
                     test = waiting.pop(0)
-                    outcomes[test.label] = self._case(test, folder, environment, cpu or limit([test]))
+                    run_one = self._case if test.kind == "case" else self._script
+                    outcomes[test.label] = run_one(test, folder, environment, cpu or limit([test]))
                     continue
                 batch = []
                 while waiting and waiting[0].kind == "unit" and len(batch) < BATCH:
@@ -134,6 +137,10 @@ class Suite:
         except (ValueError, IndexError):  # it had nothing to say
             checks = []
         return Outcome(how, [[c["metric"], c["statement"], c["margin"], c["verdict"]] for c in checks], seconds)
+
+    def _script(self, test, folder, environment, cpu):
+        code, _, seconds = run_limited([SCRIPTS[test.name], self.program], environment, cpu)
+        return Outcome({0: "passed", None: "time-out"}.get(code, "failed"), seconds=seconds)
 
     def _units(self, batch, folder, environment, cpu, until_caught):
         names = Path(folder) / "names"

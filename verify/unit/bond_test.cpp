@@ -189,6 +189,14 @@ TEST_CASE("A calibration that leaves double precision is refused, not rounded to
   CHECK(refused(2e11, 1e-90).empty());
 }
 
+TEST_CASE("Poisson's ratio may be anything above -1, where the shear modulus has no end") {
+  for (const double poisson : std::vector<double>{-1.0, -1.005, -2.0, -INFINITY, INFINITY, NAN}) {
+    CHECK_THROWS_AS(calibrate(fene_lj(1.0, 1.0), 0.26, 1.0, poisson), BadParameter);
+  }
+  const double nearly = calibrate(fene_lj(1.0, 1.0), 0.26, 1.0, -0.999).angle_stiffness;
+  CHECK(nearly == Approx(0.26 / (8.0 * 0.001)).epsilon(1e-10));
+}
+
 TEST_CASE("Validity ranges: every strain inside keeps the tolerance, the next outside does not") {
   for (const AnyLaw& law : examples()) {
     const Derivation d = derive(law);

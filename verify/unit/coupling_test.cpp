@@ -150,6 +150,17 @@ TEST_CASE("Listed nodes are coupled, and a list that names no node of the body i
   CHECK_THROWS_WITH(scene::coupled_nodes(body), ContainsSubstring("node 2 twice"));
 }
 
+TEST_CASE("Markers at one place share all nodes of their supports, the first one included") {
+  for (const Named<Delta>& row : deltas) {
+    Transfer transfer(box, periodic, row.value);
+    const Vec3 place(5.2, 4.4, 3.7);
+    transfer.locate(place.transpose());
+    const std::vector<std::int64_t> alone(transfer.nodes().begin(), transfer.nodes().end());
+    transfer.locate(place.transpose().replicate(3, 1));
+    CHECK(std::vector<std::int64_t>(transfer.nodes().begin(), transfer.nodes().end()) == alone);
+  }
+}
+
 TEST_CASE("A marker whose support leaves a walled box stops the run with its place") {
   Transfer transfer(box, {false, true, false}, Delta::Cosine);
   const Positions good = Positions::Constant(3, 3, 4.0);

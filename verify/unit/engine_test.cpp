@@ -251,8 +251,17 @@ TEST_CASE("A result file gives back what was put in") {
   CHECK(file.attribute("/", "id") == "derive-fene-lj");
   CHECK(file.attribute("/", "verdict") == "pass");
   std::vector<double> values;
-  for (const observe::Metric& metric : result.seen.metrics) values.push_back(metric.value);
+  std::vector<std::string> names, dimensions, meanings;
+  for (const observe::Metric& metric : result.seen.metrics) {
+    values.push_back(metric.value);
+    names.push_back(metric.name);
+    dimensions.push_back(metric.dimension);
+    meanings.push_back(metric.meaning);
+  }
   CHECK(same_bits(file.numbers("/metrics/value"), values));
+  CHECK(file.texts("/metrics/name") == names);
+  CHECK(file.texts("/metrics/dimension") == dimensions);
+  CHECK(file.texts("/metrics/meaning") == meanings);
   CHECK(file.texts("/checks/verdict").size() == result.outcomes.size());
   for (const double none : file.numbers("/checks/uncertainty_numerical")) CHECK(std::isnan(none));
   CHECK_THROWS_AS(file.numbers("/checks/verdict"), InputError);
@@ -280,6 +289,18 @@ TEST_CASE("CSV: comments, spaces and line ends of both kinds") {
 TEST_CASE("SHA-256 of the standard's examples") {
   CHECK(io::sha256("") == "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855");
   CHECK(io::sha256("abc") == "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad");
+}
+
+TEST_CASE(
+    "Documents: dots within texts and comments are no parts of a key, whatever is escaped before them") {
+  const std::string dots(100, '.');
+  for (const std::string text :
+       {"\"\\\\\"", "\"\\\"\"", "'\\'", "\"\"\"\\\\\"\"\"", "\"\"\"a\"b\"\"\"", "'''it's'''"}) {
+    CAPTURE(text);
+    const io::Table top =
+        io::parse_document("a = [" + text + ", '" + dots + "']  # " + dots + "\nb = 1\n", "t.toml");
+    CHECK(top.shown("b") == "1");
+  }
 }
 
 TEST_CASE("Documents: dotted paths show values, and every unknown key is named") {

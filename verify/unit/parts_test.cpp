@@ -76,6 +76,18 @@ TEST_CASE("Parts are counted while they exist, what several share once") {
   CHECK(parts::peak().bytes == 0.0);
 }
 
+TEST_CASE("A restart forgets parts of every kind, and keeps those that exist") {
+  for (const auto& kind : parts::kinds) {
+    INFO(kind.name);
+    { const parts::Built gone(kind.value, 50.0); }
+    const parts::Built kept(kind.value, 8.0);
+    parts::restart();
+    CHECK(made(kind.value).count == 1);
+    CHECK(made(kind.value).bytes == 8.0);
+    CHECK(parts::peak().bytes == 8.0);
+  }
+}
+
 TEST_CASE("A copy of a part shares what that one shares, and leaves it there at its end") {
   parts::restart();
   const int shared = 0;

@@ -48,6 +48,22 @@ TEST_CASE("every method finds the same equilibrium") {
   }
 }
 
+TEST_CASE("a search has the more steps the larger the body is") {
+  Cantilever c = cantilever();
+  c.network = cubic_lattice({{3, 3, 9}, 1.0});  // 216 free coordinates
+  add_angles(c.network);
+  c.load = c.rest = Positions::Zero(c.network.node_count(), 3);
+  c.held = FixedDofs::Constant(c.network.node_count(), 3, false);
+  c.held.topRows(9).setConstant(true);
+  c.load.col(0).tail(9).setConstant(1e-5);
+  const Equilibrium newton = found_by({}, c);
+  for (const auto& method : relaxations) {
+    INFO(method.name);
+    CHECK((found_by({method.value, 1e-7}, c).u - newton.u).cwiseAbs().maxCoeff() <
+          1e-3 * newton.u.cwiseAbs().maxCoeff());
+  }
+}
+
 TEST_CASE("a larger residual ends a search earlier and farther away") {
   const Cantilever c = cantilever();
   const Equilibrium newton = found_by({}, c);
