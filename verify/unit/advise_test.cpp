@@ -154,6 +154,31 @@ TEST_CASE("Where axes do not add up, each line along the longest has a law of it
   CHECK(advice.error <= 1e-4);
 }
 
+TEST_CASE("Along a relaxation time the law is one of the viscosity, of tau - 1/2") {
+  SweptRows rows;
+  rows.axes = {{"fluid.relaxation_time", "", "1", "", {}}, {"r", "", "1", "", {}}};
+  const auto error = [](double tau, double r) { return 2.0 * std::pow(tau - 0.5, 2) + 0.01 / r; };
+  const auto seconds = [](double tau, double r) { return 1e-3 * r / (tau - 0.5); };
+  for (const double tau : {0.51, 0.52, 0.55, 0.6, 0.7, 0.9, 1.3}) {
+    for (const double r : rounds) {
+      rows.axes[0].values.push_back(tau);
+      rows.axes[1].values.push_back(r);
+      rows.error.push_back(error(tau, r));
+      rows.seconds.push_back(seconds(tau, r));
+      rows.memory.push_back(1e6);
+    }
+  }
+  for (const double wanted : {0.1, 0.03, 0.01}) {
+    INFO("error " << wanted);
+    const Advice advice = advise(rows, {wanted, {}});
+    const double tau = value_of(advice, "fluid.relaxation_time"), r = value_of(advice, "r");
+    CHECK_FALSE(advice.is_measured);
+    CHECK(error(tau, r) <= wanted);
+    CHECK(advice.error == Approx(error(tau, r)).epsilon(0.05));
+    CHECK(advice.seconds == Approx(seconds(tau, r)).epsilon(0.05));
+  }
+}
+
 TEST_CASE("Lines too short for a law of their own are no reason to break off") {
   SweptRows rows = swept({8.0, 12.0, 16.0}, {1.0, 2.0});
   for (std::size_t i = 0; i < rows.error.size(); ++i) rows.error[i] *= i % 3 == 0 ? 100.0 : 1.0;

@@ -298,7 +298,7 @@ TEST_CASE(
        {"\"\\\\\"", "\"\\\"\"", "'\\'", "\"\"\"\\\\\"\"\"", "\"\"\"a\"b\"\"\"", "'''it's'''"}) {
     CAPTURE(text);
     const io::Table top =
-        io::parse_document("a = [" + text + ", '" + dots + "']  # " + dots + "\nb = 1\n", "t.toml");
+        io::parse_document("a = [" + text + ", \"" + dots + "\"]  # " + dots + "\nb = 1\n", "t.toml");
     CHECK(top.shown("b") == "1");
   }
 }

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
@@ -63,6 +64,17 @@ const std::string scene = [] {
   return text.substr(0, text.find("[[check]]"));
 }();
 Ran ran(const Folder& folder, const std::string& words) { return folder.shell("\"$V\" " + words); }
+
+/// Puts a text of the same length into a result file, and a checksum that it matches.
+void reseal(const fs::path& path, const std::string& from, const std::string& to) {
+  constexpr std::size_t seal_size = 512;
+  std::string all = unit::contents(path);
+  for (std::size_t at = all.find(from); at != std::string::npos; at = all.find(from, at + 1))
+    all.replace(at, from.size(), to);
+  const std::size_t sum = all.find("sha256 ") + 7;
+  all.replace(sum, 64, io::sha256(std::string_view(all).substr(seal_size)));
+  std::ofstream(path, std::ios::binary) << all;
+}
 
 }  // namespace
 
@@ -383,6 +395,19 @@ TEST_CASE("A sweep of the command line has a row per run, also of one that fails
   REQUIRE(before.size() == 3);
   CHECK(ran(folder, words).code == 0);
   CHECK(rows() == before);
+  // So they are where another program has left them.
+  const fs::path one = [&] {
+    for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder.path() / "out"))
+      if (entry.path().parent_path() != folder.path() / "out" && entry.is_regular_file()) return entry.path();
+    return fs::path();
+  }();
+  const std::string program = io::Hdf5File(one).attribute("/provenance", "program");
+  std::string others = program;
+  others[0] = others[0] == '0' ? '1' : '0';
+  reseal(one, program, others);
+  REQUIRE(io::Hdf5File(one).attribute("/provenance", "program") == others);
+  CHECK(ran(folder, words).code == 0);
+  CHECK(io::Hdf5File(one).attribute("/provenance", "program") == program);
   CHECK(ran(folder, words + " --fresh").code == 0);
   CHECK(rows() != before);
 }
@@ -417,6 +442,47 @@ TEST_CASE("A boundary is where a reader's own bound lies, and changes that come 
   CHECK(file.numbers("/records/outcome_boundary/behind").front() > 0.0);
   CHECK(file.numbers("/records/outcome_boundary/behind").front() < 1e-8);
   CHECK(file.numbers("/records/outcome_boundary/changes").front() == 1.0);
+}
+
+TEST_CASE("The boundary of a criterion is the middle of two places, where its bound lies between them") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  const Ran ran_it = ran(folder,
+                         "boundary bar.toml --along bond.bond_stiffness=0.1..1.1 --points 3 --accuracy 0.01 "
+                         "--criterion 'young_modulus<=0.437' --json --out out");
+  REQUIRE(ran_it.code == 0);
+  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  const std::string record = "/records/outcome_boundary/";
+  CHECK(file.texts(record + "outcome_before").front() == "completed");
+  CHECK(file.texts(record + "outcome_behind").front() == "beyond");
+  const double before = file.numbers(record + "before").front(),
+               behind = file.numbers(record + "behind").front();
+  CHECK(before <= 0.437);
+  CHECK(behind > 0.437);
+  CHECK(behind - before < 0.02);
+  CHECK(file.numbers(record + "boundary").front() == Approx(0.5 * (before + behind)).epsilon(1e-12));
+}
+
+TEST_CASE("Along an axis of several the rows differ in that axis alone") {
+  const Folder folder;
+  folder.write("bar.toml", scene);
+  const Ran ran_it = ran(folder,
+                         "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.4 --over bond.rest_length=1,2 "
+                         "--json --out out");
+  REQUIRE(ran_it.code == 0);
+  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  // The modulus is k/r0: twice as large at each further stiffness, half as large at the other length.
+  const std::string record = "/records/orders_along_bond.bond_stiffness/";
+  const std::vector<std::string> metric = file.texts(record + "metric");
+  const std::vector<double> length = file.numbers(record + "bond.rest_length"),
+                            finest = file.numbers(record + "finest");
+  int seen = 0;
+  for (std::size_t i = 0; i < metric.size(); ++i) {
+    if (metric[i] != "young_modulus") continue;
+    CHECK(finest[i] == Approx(0.4 / length[i]).epsilon(1e-9));
+    ++seen;
+  }
+  CHECK(seen == 2);
 }
 
 TEST_CASE("An ablation shows what a part does") {
