@@ -103,7 +103,7 @@ void refuse_deep_keys(std::string_view text, const std::string& file) {
     }
     if (c == '\n') ++line;
     if (c == '\n' || std::string_view("=,[]{}").find(c) != std::string_view::npos) dots = 0;
-    if (c == '.' && ++dots > deepest) {
+    if (c == '.' && ++dots >= deepest) {
       throw InputError({file, line, 1}, fmt::format("a key of more than {} parts", deepest),
                        "no table is nested that deep", "Shorten it");
     }

@@ -31,4 +31,9 @@ EQUIVALENT = [
      "x < 1e-4: 1e-10 of a slope that enters the Hessian times x, below its rounding"),
     ("lib/base/parts.cpp", "double total = 0.0, allocated_at_restart = 0.0;", "double total = 0.0, allocated_at_restart = 0.01;",
      "a hundredth of a byte, until the first restart"),
+    ("lib/bond/derive.cpp", "for (int i = 0; i < 10; ++i) {", "for (int i = 0; i <= 10; ++i) {",
+     "one step more of an iteration that has come to its end"),
+    ("lib/bond/derive.cpp", "for (int halving = 0; halving < 60 && !std::isfinite(excess(finite)); ++halving)",
+     "for (int halving = 1; halving < 60 && !std::isfinite(excess(finite)); ++halving)", "59 halvings are more than a double has bits, too"),
+    ("lib/solid/modes.cpp", "constexpr double tolerance = 1e-11;", "constexpr double tolerance = 1e-12;", "a smaller residual than is asked for"),
 ]

@@ -168,11 +168,13 @@ TEST_CASE("A marker and its mirror image between walls are accepted alike") {
 TEST_CASE("A marker whose support contains a solid node is refused, and one beside it is not") {
   const std::vector<std::int64_t> solid{box.index(6, 5, 5)};
   coupling::Transfer transfer(box, {false, false, false}, coupling::Delta::Cosine, solid);
-  Positions X(1, 3);
-  X << 4.0, 5.0, 5.0;  // at a distance of two the weight is zero
-  CHECK_NOTHROW(transfer.locate(X));
-  X(0, 0) = 4.01;
-  CHECK_THROWS_WITH(transfer.locate(X), ContainsSubstring("node (6, 5, 5) of the obstacle"));
+  for (int axis = 0; axis < 3; ++axis) {
+    Positions X = Vec3(6.0, 5.0, 5.0).transpose();
+    X(0, axis) -= 2.0;  // at that distance the weight is zero
+    CHECK_NOTHROW(transfer.locate(X));
+    X(0, axis) += 0.01;
+    CHECK_THROWS_WITH(transfer.locate(X), ContainsSubstring("node (6, 5, 5) of the obstacle"));
+  }
 }
 
 TEST_CASE("Swimming and the change from period to period are measured over the last period") {

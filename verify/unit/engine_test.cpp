@@ -303,6 +303,13 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("Documents: a key may have sixteen parts, and no more") {
+  std::string key = "a";
+  for (int part = 1; part < 16; ++part) key += ".a";
+  CHECK(io::parse_document(key + " = 1\n", "t.toml").shown(key) == "1");
+  CHECK_THROWS_WITH(io::parse_document(key + ".a = 1\n", "t.toml"), ContainsSubstring("more than 16 parts"));
+}
+
 TEST_CASE("Documents: dotted paths show values, and every unknown key is named") {
   const io::Table top = io::parse_document("a = 1\n[b]\nc = [1, 2]\n[[d]]\ne = \"x\"\nf = 1\n", "t.toml");
   CHECK(top.shown("a") == "1");
