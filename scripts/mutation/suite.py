@@ -19,7 +19,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 TIMES, SECONDS = 8.0, 10.0  # a test may take so many times its own CPU time, and so many seconds more
-MEMORY = 10 << 30  # bytes of address space: what asks for ever more ends before the machine does
+MEMORY = 16 << 30  # bytes of address space: what asks for ever more ends before the machine does
 BATCH = 40  # unit tests that one program runs
 SCRIPTS = {"reading script": Path(__file__).resolve().parent.parent / "test_reading.py"}  # which is given the command
 

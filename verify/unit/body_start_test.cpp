@@ -174,6 +174,8 @@ TEST_CASE(
   CHECK(end_of(bowed(-0.1, 1.03), limits, 1) == std::nullopt);
   CHECK(end_of(bowed(-0.1, 1.06), limits, 1) == FailureMode::Buckled);
   CHECK(end_of(bowed(-0.1, 1.06), {}, 1) == std::nullopt);
+  CHECK(end_of(bowed(-0.1, 0.051), {.buckled = 0.005}, 1) == std::nullopt);  // however small the limit
+  CHECK(end_of(bowed(-0.1, 0.053), {.buckled = 0.005}, 1) == FailureMode::Buckled);
   CHECK(end_of(bowed(0.0, 3.0), limits, 1) == std::nullopt);  // its ends are as far apart as ever, or farther
 }
 
