@@ -36,4 +36,10 @@ EQUIVALENT = [
     ("lib/bond/derive.cpp", "for (int halving = 0; halving < 60 && !std::isfinite(excess(finite)); ++halving)",
      "for (int halving = 1; halving < 60 && !std::isfinite(excess(finite)); ++halving)", "59 halvings are more than a double has bits, too"),
     ("lib/solid/modes.cpp", "constexpr double tolerance = 1e-11;", "constexpr double tolerance = 1e-12;", "a smaller residual than is asked for"),
+    ("lib/fluid/near_rows.cpp", "std::sort(rows_.begin(), rows_.end());", ";", "the order in which rows are made, which do not depend on each other: speed alone"),
+    ("lib/fluid/blocking.cpp", "for (std::int64_t i = 0; i <= others; ++i) ends_.push_back(first + (rows - first) * i / others);",
+     "for (std::int64_t i = 1; i <= others; ++i) ends_.push_back(first + (rows - first) * i / others);",
+     "the first two tiles are one: speed alone"),
+    ("lib/solid/leapfrog.cpp", "if (wanted_.most > 0) bonds_before_ = work_.d;", "if (wanted_.most >= 0) bonds_before_ = work_.d;",
+     "a copy that nobody reads where no step is refused"),
 ]

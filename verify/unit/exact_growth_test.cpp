@@ -233,6 +233,17 @@ TEST_CASE("A spectrum that is not found is an error, not a stable scene") {
   }
 }
 
+TEST_CASE("A scene at rest has neither a flow to start from nor what would set it in motion") {
+  scene::Scene scene{.fluid = fluid::Spec{.grid = {{4, 4, 4}}, .relaxation_time = 0.9}};
+  scene.initial_flow = [](std::int64_t) { return fluid::Populations{}; };
+  scene.fluid->body_force = {1e-5, 0.0, 0.0};
+  scene.fluid->walls[1].emplace().high_velocity = {0.01, 0.0, 0.0};
+  const scene::Scene rests = scene::at_rest(scene);
+  CHECK(!rests.initial_flow);
+  CHECK(rests.fluid->body_force.isZero(0.0));
+  CHECK(rests.fluid->walls[1]->high_velocity.isZero(0.0));
+}
+
 TEST_CASE("A body that does not rest where it stands has no growth") {
   scene::Scene scene = small_scene(1.0, 1, false, scene::Coupled::All);
   scene.bodies[0].material.law = bond::Harmonic{0.26, 0.9};

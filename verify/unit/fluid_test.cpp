@@ -82,6 +82,25 @@ TEST_CASE("The sweep is the textbook's collide and stream, whatever divides the 
   CHECK(departure_from_plain(single) < 1e-7);
 }
 
+TEST_CASE("A fluid that is started again is as one that never ran, after odd and even steps") {
+  for (const double relaxation_time : of_either) {
+    for (const std::int64_t before : {3, 4}) {
+      CAPTURE(relaxation_time, before);
+      const std::unique_ptr<Fluid> again = make_fluid(box(8, 4, 5, relaxation_time)),
+                                   fresh = make_fluid(box(8, 4, 5, relaxation_time));
+      again->start(disorder(0.1));
+      again->advance(before);
+      for (Fluid* fluid : {again.get(), fresh.get()}) {
+        fluid->start(disorder(0.05));
+        CHECK(fluid->steps() == 0);
+        fluid->advance(3);
+      }
+      CHECK(again->steps() == 3);
+      CHECK(populations_of(*again) == populations_of(*fresh));
+    }
+  }
+}
+
 TEST_CASE("Walls on any faces, at rest or sliding, are half-way bounce-back") {
   for (int closed = 1; closed < 8; ++closed) {
     for (const std::int64_t nx : {6, 8, 16}) {

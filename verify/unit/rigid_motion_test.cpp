@@ -60,6 +60,22 @@ TEST_CASE("A body that moves as a rigid one has that velocity, angular velocity 
   }
 }
 
+TEST_CASE("Where a single node moves, the body turns by its angular momentum over the inertia of all") {
+  for (const Eigen::Index moving : {0, 7}) {
+    CAPTURE(moving);
+    scene::Body body = free_block({{2, 2, 2}, 1.0});
+    body.start.velocity = Positions::Zero(8, 3);
+    const Vec3 velocity(1e-5, 2e-5, -1e-5);
+    body.start.velocity.row(moving) = velocity.transpose();
+    const Positions& rest = body.network.rest;
+    const Vec3 x = (rest.row(moving) - rest.colwise().mean()).transpose();
+    const Vec3 omega = x.cross(velocity) / (8.0 * 0.5);  // sum of y^2 + z^2 over the corners
+    const std::vector<double> row = row_after(0, &observe::rigid_motion, body);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      CHECK(row[6 + axis] == Approx(omega[static_cast<Eigen::Index>(axis)]).epsilon(1e-12));
+  }
+}
+
 TEST_CASE("A line of nodes turns about the axes across it only") {
   scene::Body body = free_block({{1, 1, 4}, 1.0});
   body.start.velocity = Positions::Zero(4, 3);
