@@ -653,6 +653,18 @@ class Page(unittest.TestCase):
         self.assertIn("step 50: speed of the fluid", page)
         self.assertIn("Dots are nodes of bodies", page)
 
+    def test_a_study_that_meets_what_is_known_stands_under_its_subject(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, claim in (("compared", "falling-sphere"), ("costly", "")):
+                write_result(Path(folder), name, "pass", checks=[CHECK | dict(claim=claim)])
+                with h5py.File(Path(folder) / f"{name}.h5", "r+") as file:
+                    file.attrs.create("topics", np.array(["coupling", "study"], dtype=object), dtype=TEXT)
+                seal(Path(folder) / f"{name}.h5")
+            page = page_of(folder)
+        self.assertLess(page.index("<h2>Coupling of body and fluid"), page.index('id="case-compared"'))
+        self.assertLess(page.index('id="case-compared"'), page.index("<h2>Cost, and parts left out"))
+        self.assertLess(page.index("<h2>Cost, and parts left out"), page.index('id="case-costly"'))
+
     def test_labels_of_an_axis_have_room_beside_its_title(self):
         steps = np.arange(0.0, 60.0)
         pull = {}
