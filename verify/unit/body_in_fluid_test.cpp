@@ -329,6 +329,7 @@ TEST_CASE("Immersed bodies and scenes that have no room, no end or no meaning ar
       {"scene-sphere-beside-rod", "body.0.node_mass=0.1", "the coupling of sphere to the fluid is unstable"},
       {"scene-sphere-beside-rod", "body.1.name=sphere", "two bodies are called 'sphere'"},
       {"scene-sphere-beside-rod", "run.periods=3", "both steps and periods"},
+      {"flag-behind-cylinder-coarse", "fluid.nodes=[250, 41, 2]", "cylinder overlaps its own image along z"},
       {"scene-two-prescribed", "observe.0.phases=100", "there is one look a step at most"},
       {"scene-two-prescribed", "body.0.node_mass=1.0", "the motion of that body is given"},
       {"scene-chain-alone", "body.0.coupling={}", "the scene has no fluid"},
