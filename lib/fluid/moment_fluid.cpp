@@ -112,7 +112,7 @@ class MomentFluid final : public Fluid {
     prepare(
         outlets_, [this](std::int64_t node) { return arriving(node); }, spec_.relaxation_time);
     given_.reset();
-    given_part_ = {};
+    given_part_ = parts::Built();  // not = {}: in a template clang 14 leaves that argument undestroyed
     lattice_.from = copy(present_);
     lattice_.to = copy(1 - present_);
     sweep(lattice_);
@@ -205,7 +205,7 @@ class MomentFluid final : public Fluid {
     require_start_memory(spec_);
     const Grid& grid = spec_.grid;
     given_ = allocate_pages(static_cast<std::size_t>(grid.count()) * sizeof(Populations));
-    given_part_ = {parts::Kind::InitialFlow, start_bytes(spec_)};
+    given_part_ = parts::Built(parts::Kind::InitialFlow, start_bytes(spec_));
     stepped_ = false;
 #pragma omp parallel for
     for (std::int64_t row = 0; row < grid.size[1] * grid.size[2]; ++row) {
