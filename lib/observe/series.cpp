@@ -8,6 +8,7 @@
 #include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "fluid/links.hpp"
+#include "scene/markers.hpp"
 
 namespace veriflex::observe {
 
@@ -306,15 +307,11 @@ Series deformation(const scene::Scene& scene) {
 Series tips(const scene::Scene& scene) {
   Series series;
   series.at_bodies = true;
-  std::vector<std::vector<Eigen::Index>> last_sections;
+  std::vector<std::vector<std::int32_t>> last_sections;
   for (const scene::Body& body : scene.bodies) {
     if (body.motion) continue;
     add_vector(series.columns, body.name, "L", "mean displacement of its last section");
-    const Eigen::VectorXd along = body.network.rest.col(body.axis);
-    std::vector<Eigen::Index>& last = last_sections.emplace_back();
-    for (Eigen::Index i = 0; i < along.size(); ++i) {
-      if (along[i] > along.maxCoeff() - 0.5 * body.network.spacing) last.push_back(i);
-    }
+    last_sections.push_back(scene::end_section(body.network.rest.col(body.axis), body.network.spacing, true));
   }
   series.row = [last_sections](const Simulation& simulation) {
     std::vector<double> row;

@@ -66,4 +66,14 @@ Positions markers_at_rest(const Body& body) {
   return X;
 }
 
+std::vector<std::int32_t> end_section(const Eigen::VectorXd& along, double spacing, bool last) {
+  const double lowest = along.minCoeff(), highest = along.maxCoeff();
+  std::vector<std::int32_t> nodes;
+  for (Eigen::Index i = 0; i < along.size(); ++i) {
+    if (last ? along[i] > highest - 0.5 * spacing : along[i] < lowest + 0.5 * spacing)
+      nodes.push_back(static_cast<std::int32_t>(i));
+  }
+  return nodes;
+}
+
 }  // namespace veriflex::scene

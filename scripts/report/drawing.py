@@ -9,7 +9,9 @@ import matplotlib
 import matplotlib.style
 import numpy as np
 from matplotlib import figure, ticker
+from matplotlib.colors import PowerNorm
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from report import svg
 from report.panel import Panel
@@ -124,6 +126,22 @@ def limits(values, margin=0.03):
     low, high = extent(values)
     room = margin * (high - low) or 1.0
     return low - room, high + room
+
+
+FLOW_COLOURS = matplotlib.colormaps["Blues"].resampled(64)  # more tell nobody anything and compress worse
+
+
+def draw_speed(axes, speed, box, top):
+    """Speed of a fluid in a plane, to one scale along both axes, as a map up to `top`; returns the scale of its colours. Slow flow fills
+    most of a plane: the root gives it more of the colours."""
+    scale = PowerNorm(0.5, 0.0, top or 1.0)
+    axes.imshow(speed, cmap=FLOW_COLOURS, norm=scale, extent=box, origin="lower", aspect="equal", interpolation="none")
+    return scale
+
+
+def legend_of_speed(axes, scale, ticks):
+    """The colours of these speeds over the axes."""
+    legend_above(axes, [Patch(facecolor=FLOW_COLOURS(scale(tick)), label=f"{tick:.2g}") for tick in ticks])
 
 
 def upright(axes, x, label, **style):

@@ -1,9 +1,7 @@
 """Figures of the driven filament: centre lines, the distance of the laws, the stroke, the flow."""
 
-import matplotlib
 import numpy as np
 from matplotlib import figure
-from matplotlib.colors import PowerNorm
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import LogLocator, MaxNLocator
@@ -14,10 +12,12 @@ from report.drawing import (
     WIDTH,
     canvas,
     column_label,
+    draw_speed,
     drawable,
     extent,
     inline_svg,
     legend_above,
+    legend_of_speed,
     limits,
     panels_of,
     powers,
@@ -75,8 +75,6 @@ def centre_lines(result, record):
     return Figure(caption, inline_svg(drawing, caption))
 
 
-FILM_COLOURS = matplotlib.colormaps["Blues"].resampled(64)  # more tell nobody anything and compress worse
-
 STRIP_ROOM = 14  # spacings that are shown around the filament
 
 
@@ -103,8 +101,7 @@ def strip(result):
                 order = np.lexsort((film["y"][frame], film["z"][frame]))
                 seen = film["speed"][frame][order].reshape(len(z), len(y))
                 edges = (y[0] - 0.5, y[-1] + 0.5, z[0] - 0.5, z[-1] + 0.5)
-                style = dict(cmap=FILM_COLOURS, norm=PowerNorm(0.5, 0.0, top or 1.0), origin="lower", interpolation="none")
-                axes.imshow(seen, extent=edges, aspect="equal", **style)
+                draw_speed(axes, seen, edges, top)
         there = np.abs(lines["phase"] - phase) < 0.01
         handles = []
         for ending, name, style in zip(("", "_compared"), compared_names(result), COMPARED_STYLES):
@@ -275,12 +272,9 @@ def film(result, record):
     tall = 0.5 * (WIDTH - 0.7) * (box[3] - box[2]) / (box[1] - box[0])  # inches of a panel
     drawing = figure.Figure(figsize=(WIDTH, min(rows * (tall + 0.12) + 1.0, 9.0)))
     panels = panels_of(drawing, rows, FILM_COLUMNS, sharex=True, sharey=True)
-    # Slow flow fills most of the plane: the root gives it more of the colours.
-    scale = PowerNorm(0.5, 0.0, extent(speed)[1] or 1.0)
+    top = extent(speed)[1]
     for axes, phase, seen in zip(panels.flat, phases, speed):
-        axes.imshow(
-            seen, cmap=FILM_COLOURS, norm=scale, extent=box, origin="lower", aspect="equal", interpolation="none"
-        )
+        scale = draw_speed(axes, seen, box, top)
         if with_line:
             there = np.abs(lines["phase"] - phase) < 0.01
             axes.plot(lines["y"][there], lines["z"][there], color="C1", linestyle="-", linewidth=1.3)
@@ -296,7 +290,7 @@ def film(result, record):
         axes.set_ylabel(column_label(record.columns["z"]))
     ticks = MaxNLocator(4, steps=(1, 2, 5, 10)).tick_values(0.0, scale.vmax)
     ticks = sorted({tick for tick in (ticks[1] / 10, ticks[1] / 3, *ticks) if tick <= scale.vmax})
-    legend_above(panels[0, 0], [Patch(facecolor=FILM_COLOURS(scale(tick)), label=f"{tick:.2g}") for tick in ticks])
+    legend_of_speed(panels[0, 0], scale, ticks)
     panels[0, 0].set_title(column_label(record.columns["speed"]), loc="left")
     caption = (
         f"{record.title or 'Speed of the fluid'} at {len(phases)} phases of the last period; both axes to one scale, colours by the root of the "

@@ -1,8 +1,6 @@
 """Figures of scenes: what was observed in time, on a line, of nodes, and a plane of the fluid with the bodies in it."""
 
 import numpy as np
-from matplotlib.colors import PowerNorm
-from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from report.drawing import (
@@ -11,14 +9,16 @@ from report.drawing import (
     WIDTH,
     canvas,
     column_label,
+    draw_speed,
     drawable,
     extent,
     inline_svg,
     legend_above,
+    legend_of_speed,
     powers,
     quantity,
 )
-from report.filament import FILM_COLOURS, FILM_SAMPLES
+from report.filament import FILM_SAMPLES
 
 VELOCITY = ("velocity_x", "velocity_y", "velocity_z")
 MANY_CURVES, MANY_PANELS = 5, 6  # more curves of one dimension are a panel for each axis
@@ -108,8 +108,7 @@ def plane(result, record):
     speed = speed[::every, ::every]
     box = (a[0] - 0.5, a[-1] + 0.5, b[0] - 0.5, b[-1] + 0.5)
     drawing, (axes,) = canvas(height=min((WIDTH - 0.7) * (box[3] - box[2]) / (box[1] - box[0]) + 1.1, 6.0))
-    scale = PowerNorm(0.5, 0.0, extent(speed)[1] or 1.0)
-    axes.imshow(speed, cmap=FILM_COLOURS, norm=scale, extent=box, origin="lower", aspect="equal", interpolation="none")
+    scale = draw_speed(axes, speed, box, extent(speed)[1])
     with_bodies = False
     for nodes in result.records.values():
         if drawable(nodes, "step", "node", across, up):
@@ -122,7 +121,7 @@ def plane(result, record):
     axes.set_xlabel(column_label(record.columns[across]))
     axes.set_ylabel(column_label(record.columns[up]))
     ticks = [tick for tick in MaxNLocator(4, steps=(1, 2, 5, 10)).tick_values(0.0, scale.vmax) if tick <= scale.vmax]
-    legend_above(axes, [Patch(facecolor=FILM_COLOURS(scale(tick)), label=f"{tick:.2g}") for tick in ticks])
+    legend_of_speed(axes, scale, ticks)
     axes.set_title(f"speed [{powers(record.columns[VELOCITY[0]].dimension)}]", loc="left")
     caption = f"{record.title}, step {record['step'].max():.0f}: speed of the fluid, colours by its root; both axes to one scale."
     if with_bodies:

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <filesystem>
 #include <numbers>
+#include <numeric>
 
 #include "base/memory.hpp"
 #include "engine/read_scene.hpp"
@@ -106,13 +107,9 @@ std::vector<std::int32_t> read_nodes(const io::Table& table, const std::string& 
     return nodes;
   }
   const std::string which = table.choice(key, {"first section", "last section", "all"});
-  const double lowest = along.minCoeff(), highest = along.maxCoeff();
-  for (Eigen::Index i = 0; i < along.size(); ++i) {
-    const bool first = along[i] < lowest + 0.5 * spacing;
-    const bool last = along[i] > highest - 0.5 * spacing;
-    if (which == "all" || (which == "first section" ? first : last))
-      nodes.push_back(static_cast<std::int32_t>(i));
-  }
+  if (which != "all") return scene::end_section(along, spacing, which == "last section");
+  nodes.resize(static_cast<std::size_t>(along.size()));
+  std::iota(nodes.begin(), nodes.end(), 0);
   return nodes;
 }
 
