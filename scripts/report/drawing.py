@@ -128,6 +128,23 @@ def limits(values, margin=0.03):
     return low - room, high + room
 
 
+def stacked(abscissa, groups, rows=slice(None)):
+    """A panel for each group against one column: label of an ordinate with several columns, and these with their own labels."""
+    values = abscissa.values[rows]
+    drawing, panels = canvas(len(groups), height=1.2 + 1.9 * len(groups), sharex=True)
+    marker = "." if len(values) < MARKED_ROWS else ""
+    for axes, (ordinate, group) in zip(panels, groups):
+        for label, column in group:
+            axes.plot(values, column.values[rows], marker=marker, label=label)
+        if len(group) == 1:
+            axes.set_ylabel(column_label(group[0][1]))
+        else:
+            axes.set_ylabel(ordinate)
+            legend_above(axes, axes.get_lines())
+    panels[-1].set_xlabel(column_label(abscissa))
+    return drawing
+
+
 FLOW_COLOURS = matplotlib.colormaps["Blues"].resampled(64)  # more tell nobody anything and compress worse
 
 

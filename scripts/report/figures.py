@@ -4,7 +4,7 @@ One function per kind of plot, in the file of its subject; each returns a Figure
 """
 
 from report import bond, coupling, filament, fluid, peer, scene, solid, stability, studies
-from report.drawing import Figure, MARKED_ROWS, canvas, column_label, inline_svg, legend_above, quantity
+from report.drawing import Figure, inline_svg, quantity, stacked
 
 MANY_ROWS, MANY_PANELS = 20000, 4  # beyond these a record without a plot of its own is not drawn
 
@@ -20,20 +20,12 @@ def against_first_column(result, record):
         groups.setdefault(column.dimension, []).append(column)
     if len(groups) > MANY_PANELS:
         return None
-    drawing, panels = canvas(len(groups), height=1.2 + 1.9 * len(groups), sharex=True)
-    marker = "." if len(record) < MARKED_ROWS else ""
-    for axes, (dimension, group) in zip(panels, groups.items()):
-        for column in group:
-            label = quantity(column.name.replace("_", " "), column.symbol, "")
-            axes.plot(first.values, column.values, marker=marker, label=label)
-        if len(group) == 1:
-            axes.set_ylabel(column_label(group[0]))
-        else:
-            axes.set_ylabel(quantity("value", "", dimension))
-            legend_above(axes, axes.get_lines())
-    panels[-1].set_xlabel(column_label(first))
+    labelled = [
+        (quantity("value", "", dimension), [(quantity(column.name.replace("_", " "), column.symbol, ""), column) for column in group])
+        for dimension, group in groups.items()
+    ]
     caption = record.title or record.name
-    return Figure(caption, inline_svg(drawing, caption))
+    return Figure(caption, inline_svg(stacked(first, labelled), caption))
 
 
 # Kinds of plot by the name of the record, in the order of the page. Validity is a table, and the bands of the others;

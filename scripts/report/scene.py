@@ -5,7 +5,6 @@ from matplotlib.ticker import MaxNLocator
 
 from report.drawing import (
     Figure,
-    MARKED_ROWS,
     WIDTH,
     canvas,
     column_label,
@@ -13,10 +12,10 @@ from report.drawing import (
     drawable,
     extent,
     inline_svg,
-    legend_above,
     legend_of_speed,
     powers,
     quantity,
+    stacked,
 )
 from report.filament import FILM_SAMPLES
 
@@ -57,26 +56,16 @@ def against(record, abscissa, rows, caption):
     """All columns against one, a panel per dimension, or per axis of vectors where these are many; what is zero throughout is left out."""
     columns = [column for column in record.columns.values() if column.name not in ("step", "time", "x", "y", "z")]
     seen = [column for column in columns if column.values.dtype.kind in "iuf" and np.any(column.values[rows] != 0.0)]
-    panels_of_columns = {}
+    groups = {}
     for column in seen:
         along = column.name[-1] if column.name[-2:] in ("_x", "_y", "_z") else ""
         same = [other for other in seen if other.dimension == column.dimension]
-        panels_of_columns.setdefault((column.dimension, along if len(same) > MANY_CURVES else ""), []).append(column)
-    values = record[abscissa][rows]
-    if not 0 < len(panels_of_columns) <= MANY_PANELS or len(values) < 2:
+        along = along if len(same) > MANY_CURVES else ""
+        ordinate = quantity(f"along {along}" if along else "value", "", column.dimension)
+        groups.setdefault(ordinate, []).append((column.name.removesuffix("_" + along).replace("_", " "), column))
+    if not 0 < len(groups) <= MANY_PANELS or len(record[abscissa][rows]) < 2:
         return None
-    drawing, panels = canvas(len(panels_of_columns), height=1.2 + 1.7 * len(panels_of_columns), sharex=True)
-    marker = "." if len(values) < MARKED_ROWS else ""
-    for axes, ((dimension, along), group) in zip(panels, panels_of_columns.items()):
-        for column in group:
-            label = column.name.removesuffix("_" + along).replace("_", " ")
-            axes.plot(values, column.values[rows], marker=marker, label=label)
-        if len(group) == 1:
-            axes.set_ylabel(column_label(group[0]))
-        else:
-            axes.set_ylabel(quantity(f"along {along}" if along else "value", "", dimension))
-            legend_above(axes, axes.get_lines())
-    panels[-1].set_xlabel(column_label(record.columns[abscissa]))
+    drawing = stacked(record.columns[abscissa], list(groups.items()), rows)
     if len(seen) < len(columns):
         caption += "; not drawn, 0 throughout: " + ", ".join(column.name for column in columns if column not in seen)
     return Figure(caption, inline_svg(drawing, caption))
