@@ -174,12 +174,11 @@ int merge_command(StudyOptions& o) {
     for (const fs::directory_entry& folder : fs::directory_iterator(from)) {
       const std::string name = folder.path().filename().string();
       if (!folder.is_directory() || !name.ends_with("rows")) continue;
-      fs::create_directories(fs::path(o.out) / name);
-      for (const fs::directory_entry& row : fs::directory_iterator(folder.path())) {
-        const fs::path to = fs::path(o.out) / name / row.path().filename();
-        if (row.path().extension() == ".h5" && !fs::equivalent(row.path(), to, unknown)) {
-          io::write_file(to, io::read_file(row.path()));
-        }
+      for (const fs::directory_entry& row : fs::recursive_directory_iterator(folder.path())) {
+        const fs::path to = fs::path(o.out) / fs::relative(row.path(), from);
+        if (row.path().extension() != ".h5" || fs::equivalent(row.path(), to, unknown)) continue;
+        fs::create_directories(to.parent_path());
+        io::write_file(to, io::read_file(row.path()));
       }
     }
   }

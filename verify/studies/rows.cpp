@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <gsl/gsl_statistics_double.h>
 #include <sys/wait.h>
 
 #include <algorithm>
@@ -31,6 +32,11 @@ Settings all_settings(const Base& base, const Settings& row) {
   return all;
 }
 
+// Rounds after the first have folders of their own, for their times alone.
+fs::path folder_of_round(const fs::path& folder, std::size_t round) {
+  return round == 0 ? folder : folder / fmt::format("round-{}", round + 1);
+}
+
 fs::path result_of(const Base& base, const Settings& row, const fs::path& folder) {
   return folder / (engine::name_of_variant(base.id, all_settings(base, row)) + ".h5");
 }
@@ -40,7 +46,8 @@ bool is_final(const std::string& outcome) {
   return outcome != "interrupted" && outcome != "memory" && outcome != "output" && outcome != "internal";
 }
 
-// The row in a result file; nothing when it is of another case or program.
+// The row as one program ran it, which is the whole row or a round of it; nothing when the result file is of
+// another case or program. With repeats its time is that of the second run in that program.
 std::optional<Row> read_row(const Base& base, const Settings& settings, int repeats, const fs::path& path) {
   const io::Hdf5File file(path);
   const std::string all = fmt::format("{}", fmt::join(all_settings(base, settings), ", "));
@@ -57,23 +64,15 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, int repe
   const std::vector<std::string> meanings = file.texts("/metrics/meaning");
   for (std::size_t i = 0; i < names.size(); ++i)
     row.seen.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
+  const std::vector<double> wall = file.numbers("/repeats/wall_seconds");
+  if (row.outcome == "completed" && wall.size() != static_cast<std::size_t>(repeats)) return std::nullopt;
+  const std::string timed = wall.empty() ? "/timing" : "/repeats";
   const auto sum = [](const std::vector<double>& phases) {
     return std::accumulate(phases.begin(), phases.end(), 0.0);
   };
-  row.wall_seconds = sum(file.numbers("/timing/wall_seconds"));
-  row.cpu_seconds = sum(file.numbers("/timing/cpu_seconds"));
+  row.wall_seconds = sum(file.numbers(timed + "/wall_seconds"));
+  row.cpu_seconds = sum(file.numbers(timed + "/cpu_seconds"));
   row.min_wall_seconds = row.max_wall_seconds = row.wall_seconds;
-  std::vector<double> wall = file.numbers("/repeats/wall_seconds");
-  std::vector<double> cpu = file.numbers("/repeats/cpu_seconds");
-  if (row.outcome == "completed" && wall.size() != static_cast<std::size_t>(repeats)) return std::nullopt;
-  if (!wall.empty()) {
-    std::sort(wall.begin(), wall.end());
-    std::sort(cpu.begin(), cpu.end());
-    row.min_wall_seconds = wall.front();
-    row.max_wall_seconds = wall.back();
-    row.wall_seconds = wall[wall.size() / 2];
-    row.cpu_seconds = cpu[cpu.size() / 2];
-  }
   for (const work::Field& field : work::fields) {
     row.work.*field.count = static_cast<std::uint64_t>(file.integer("/work", field.name));
   }
@@ -98,11 +97,30 @@ std::optional<Row> kept_row(const Base& base, const Settings& settings, int repe
     if (io::Hdf5File(path).has_attribute("/provenance", "other_code")) return std::nullopt;
     std::optional<Row> row = read_row(base, settings, repeats, path);
     if (!row || !is_final(row->outcome)) return std::nullopt;
-    row->kept = true;
     return row;
   } catch (const InputError&) {  // damaged: it is run again
     return std::nullopt;
   }
+}
+
+// One row out of its rounds: numbers of the first, which all of them have, and medians of their times.
+Row joined(std::vector<Row> rounds) {
+  const auto failed = std::find_if(rounds.begin(), rounds.end(),
+                                   [](const Row& round) { return round.outcome != "completed"; });
+  if (failed != rounds.end()) return std::move(*failed);
+  std::vector<double> wall, cpu;
+  for (const Row& round : rounds) {
+    wall.push_back(round.wall_seconds);
+    cpu.push_back(round.cpu_seconds);
+  }
+  std::sort(wall.begin(), wall.end());
+  std::sort(cpu.begin(), cpu.end());
+  Row row = std::move(rounds.front());
+  row.min_wall_seconds = wall.front();
+  row.max_wall_seconds = wall.back();
+  row.wall_seconds = gsl_stats_median_from_sorted_data(wall.data(), 1, wall.size());
+  row.cpu_seconds = gsl_stats_median_from_sorted_data(cpu.data(), 1, cpu.size());
+  return row;
 }
 
 // The program that makes one row. What it has to say stands in its result.
@@ -115,6 +133,8 @@ std::vector<std::string> row_command(const Base& base, const Settings& settings,
   return words;
 }
 
+// Repeats are taken in rounds over all rows, so that a machine that becomes slower or faster meanwhile does
+// so to all of them, not to those at one end of an axis.
 class Runner {
  public:
   Runner(const Base& base, const std::vector<Settings>& settings, const Workspace& workspace,
@@ -125,44 +145,73 @@ class Runner {
         folder_(folder_of_rows(base, workspace, timing.timed)),
         at_once_(timing.timed ? 1 : std::max(1, workspace.threads)),
         threads_(timing.timed ? workspace.threads : 1),
-        repeats_(timing.repeats),
+        repeats_(std::min(timing.repeats, 1)),
+        rounds_(static_cast<std::size_t>(std::max(timing.repeats, 1))),
         rows_(settings.size()) {}
 
   std::vector<Row> run(const std::string& phase, Progress& progress) {
-    std::vector<std::size_t> todo;
-    for (std::size_t i = 0; i < settings_.size(); ++i) {
-      std::optional<Row> kept =
-          workspace_.fresh ? std::nullopt : kept_row(base_, settings_[i], repeats_, path(i));
-      if (kept) {
-        rows_[i] = std::move(*kept);
-      } else {
-        todo.push_back(i);
-      }
-    }
-    const std::size_t total = todo.size();
+    const std::vector<Place> todo = take_kept();
     auto next = todo.begin();
     while (next != todo.end() || !running_.empty()) {
       while (next != todo.end() && !stop::asked() && running_.size() < static_cast<std::size_t>(at_once_)) {
-        running_.try_emplace(*next,
-                             row_command(base_, settings_[*next], workspace_, folder_, threads_, repeats_),
-                             engine::Streams{}, "Let the system have more processes");
+        if (may_be_timed_again(*next)) start(*next);
         ++next;
       }
       if (running_.empty()) break;
       wait_for_one();
-      progress.show(phase, total - running_.size() - static_cast<std::size_t>(todo.end() - next), total);
+      const auto left = static_cast<std::size_t>(todo.end() - next);
+      progress.show(phase, todo.size() - running_.size() - left, todo.size());
     }
     stop_if_asked("row", static_cast<std::int64_t>(next - todo.begin()));
-    return std::move(rows_);
+    std::vector<Row> rows;
+    for (std::vector<Row>& rounds : rows_) rows.push_back(joined(std::move(rounds)));
+    return rows;
   }
 
  private:
-  fs::path path(std::size_t i) const { return result_of(base_, settings_[i], folder_); }
+  struct Place {
+    std::size_t round, row;
+    auto operator<=>(const Place&) const = default;
+  };
+
+  fs::path path(const Place& at) const {
+    return result_of(base_, settings_[at.row], folder_of_round(folder_, at.round));
+  }
+
+  // Round by round what is left to run.
+  std::vector<Place> take_kept() {
+    std::vector<Place> todo;
+    for (std::size_t round = 0; round < rounds_; ++round) {
+      for (std::size_t i = 0; i < settings_.size(); ++i) {
+        std::optional<Row> kept =
+            workspace_.fresh ? std::nullopt : kept_row(base_, settings_[i], repeats_, path({round, i}));
+        if (kept) {
+          rows_[i].push_back(std::move(*kept));
+        } else {
+          todo.push_back({round, i});
+        }
+      }
+    }
+    return todo;
+  }
+
+  // A row that failed fails again.
+  bool may_be_timed_again(const Place& at) const {
+    return at.round == 0 || std::all_of(rows_[at.row].begin(), rows_[at.row].end(),
+                                        [](const Row& round) { return round.outcome == "completed"; });
+  }
+
+  void start(const Place& at) {
+    running_.try_emplace(at,
+                         row_command(base_, settings_[at.row], workspace_, folder_of_round(folder_, at.round),
+                                     threads_, repeats_),
+                         engine::Streams{}, "Let the system have more processes");
+  }
 
   // Until a child ends, or until it is time to look whether the study is to stop.
   void wait_for_one() {
     std::vector<const engine::Child*> children;
-    for (const auto& [i, child] : running_) children.push_back(&child);
+    for (const auto& [at, child] : running_) children.push_back(&child);
     std::size_t k = 0;
     const std::vector<bool> ended = engine::wait_for_any(children, asked_to_stop_);
     for (auto at = running_.begin(); at != running_.end(); ++k) {
@@ -175,26 +224,25 @@ class Runner {
     }
   }
 
-  void finish(std::size_t i, int status) {
+  void finish(const Place& at, int status) {
     if (WIFSIGNALED(status)) {
-      rows_[i].settings = settings_[i];
-      rows_[i].outcome = "killed";
-      rows_[i].message =
-          fmt::format("killed by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
+      Row killed{.settings = settings_[at.row], .outcome = "killed", .message = {}, .seen = {}, .work = {}};
+      killed.message = fmt::format("killed by signal {} ({})", WTERMSIG(status), strsignal(WTERMSIG(status)));
+      rows_[at.row].push_back(std::move(killed));
       return;
     }
     std::optional<Row> row;
     try {
-      row = read_row(base_, settings_[i], repeats_, path(i));
+      row = read_row(base_, settings_[at.row], repeats_, path(at));
     } catch (const InputError& error) {
-      throw OutputError(path(i).string(), fmt::format("a row was not stored there ({})", error.what()),
+      throw OutputError(path(at).string(), fmt::format("a row was not stored there ({})", error.what()),
                         "Make room, and run the study again: rows that are there are kept");
     }
     if (!row) {
       throw InputError({base_.path.string()}, "the case was changed while its rows ran",
                        "they would not be rows of one study", "Run it again");
     }
-    rows_[i] = std::move(*row);
+    rows_[at.row].push_back(std::move(*row));
   }
 
   const Base& base_;
@@ -202,9 +250,10 @@ class Runner {
   const Workspace& workspace_;
   fs::path folder_;
   int at_once_, threads_, repeats_;
-  std::map<std::size_t, engine::Child> running_;
+  std::size_t rounds_;
+  std::map<Place, engine::Child> running_;
   bool asked_to_stop_ = false;
-  std::vector<Row> rows_;
+  std::vector<std::vector<Row>> rows_;  // of each, its rounds
 };
 
 }  // namespace

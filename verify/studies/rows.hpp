@@ -51,14 +51,13 @@ struct Row {
   parts::AllMade parts{};
   double parts_bytes = 0.0;  // of all parts together, at most
   double peak_memory_bytes = 0.0;
-  bool kept = false;  // from an earlier run of the study
 };
 
 /// Folder of the rows of a study; timed and untimed ones do not mix.
 std::filesystem::path folder_of_rows(const Base& base, const Workspace& workspace, bool timed);
 
 /// How rows are run: side by side with a thread each, or one after another with all threads for the sake of
-/// their times, which may be those of further runs.
+/// their times, which may be those of further runs, one in each round over all rows.
 struct Timing {
   bool timed = false;
   int repeats = 0;
