@@ -176,8 +176,9 @@ ExactGrowth exact_growth(const Scene& scene, const GrowthSearch& search) {
       // As many as let a state grow or decay by some orders of magnitude only.
       at_once = std::abs(std::log(grown)) > 4.0 ? std::max(1, at_once / 2) : std::min(64, 2 * at_once);
     }
+    // Not so many that a state leaves what is linear, or sinks into the rounding of a step.
     int steps = together;
-    while (steps > 1 && std::pow(last, steps) > 100.0) steps = (steps - 1) / 2;
+    while (steps > 1 && std::abs(std::log(last)) * steps > std::log(100.0)) steps = (steps - 1) / 2;
     const std::vector<Eigenvalue> found =
         leading(step, state, search.eigenvalues, std::max(1, steps), dimensions);
     if (!found.empty()) {
