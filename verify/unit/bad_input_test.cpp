@@ -5,6 +5,7 @@
 #include "catch.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "repository.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -470,7 +471,7 @@ const std::vector<Line> lines{
 TEST_CASE("Spoilt cases of waves, vortices and streams are refused with their place") {
   const Folder folder;
   const auto shipped = [](const std::string& id, const std::string& from, const std::string& to) {
-    const std::string text = io::read_file(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml");
+    const std::string text = io::read_file(repository::cases() / (id + ".toml"));
     return replaced(replaced(text, "id = \"" + id + "\"", "id = \"bad\""), from, to);
   };
   const std::vector<Spoilt> all{
@@ -532,7 +533,7 @@ TEST_CASE("Spoilt cases of waves, vortices and streams are refused with their pl
 
 TEST_CASE("A wave that is gone after one step is no rate but an error") {
   const Folder folder;
-  std::string text = io::read_file(VERIFLEX_SOURCE_DIR "/cases/wave-shear-in-plane.toml");
+  std::string text = io::read_file(repository::cases() / "wave-shear-in-plane.toml");
   text = replaced(text.substr(0, text.find("[assumed]")), "id = \"wave-shear-in-plane\"", "id = \"bad\"");
   text =
       replaced(replaced(text, "relaxation_time = 0.8", "relaxation_time = 1.0"), "nodes = 32", "nodes = 4");

@@ -31,7 +31,8 @@ struct Ran {
 /// environment names.
 inline std::string command() {
   const char* other = std::getenv("VERIFLEX_COMMAND");
-  return other != nullptr ? other : VERIFLEX_COMMAND;
+  return other != nullptr ? other
+                          : fs::read_symlink("/proc/self/exe").parent_path().parent_path() / "veriflex";
 }
 
 /// A folder that is removed at the end.

@@ -15,6 +15,7 @@
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 #include "measures/drivers.hpp"
+#include "repository.hpp"
 #include "studies/studies.hpp"
 #include "unit/command.hpp"
 
@@ -28,7 +29,7 @@ using unit::replaced;
 
 namespace {
 
-const std::filesystem::path references = VERIFLEX_SOURCE_DIR "/reference";
+const std::filesystem::path& references = repository::references();
 constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 Check check_of(double target, double absolute) {
@@ -82,12 +83,12 @@ Result run_with(const Case& c, int threads) {
 }
 
 Case shipped(const std::string& id) {
-  return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, studies::readers(), references);
+  return read_case(repository::cases() / (id + ".toml"), {}, studies::readers(), references);
 }
 
 // As a row of its study reads it, where it has one.
 Case one_run_of(const std::string& id) {
-  return read_case(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", {}, studies::readers_of_row(), references);
+  return read_case(repository::cases() / (id + ".toml"), {}, studies::readers_of_row(), references);
 }
 
 std::string named(const std::string& text, const std::string& id) {

@@ -6,6 +6,7 @@
 #include "command.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "repository.hpp"
 
 using namespace veriflex;
 using unit::Folder;
@@ -178,7 +179,7 @@ TEST_CASE(
 
 TEST_CASE("A velocity that is no number stops the run with its node, and the last good fluid is kept") {
   const Folder folder;
-  std::string text = io::read_file(VERIFLEX_SOURCE_DIR "/cases/conservation-periodic.toml");
+  std::string text = io::read_file(repository::cases() / "conservation-periodic.toml");
   text = replaced(replaced(text, "id = \"conservation-periodic\"", "id = \"bad\""), "velocity = 0.01",
                   "velocity = 0.05");
   text = replaced(text.substr(0, text.find("[sweep]")), "relaxation_time = 0.8", "relaxation_time = 0.5001");

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "catch.hpp"
+#include "repository.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -79,7 +80,7 @@ TEST_CASE("results.json is as its schema says, with errors and files that are no
   folder.write("out/damaged.h5", "nothing");
   CHECK(folder.run({"run", "bad.toml", "worse.toml", "broken.toml", "--out", "out"}).code == 2);
   const Json json = Json::parse(unit::contents(folder.path() / "out/results.json"));
-  const Json schema = Json::parse(unit::contents(VERIFLEX_SOURCE_DIR "/verify/results.schema.json"));
+  const Json schema = Json::parse(unit::contents(repository::root() / "verify/results.schema.json"));
   CHECK(violations(json, schema, schema) == std::vector<std::string>{});
   CHECK(json["counts"] == Json{{"pass", 1}, {"fail", 1}, {"error", 1}, {"measured", 0}});
   CHECK(json["unreadable"].size() == 1);

@@ -7,6 +7,7 @@
 #include "catch.hpp"
 #include "io/lammps_data.hpp"
 #include "observe/snapshot.hpp"
+#include "repository.hpp"
 #include "scene/lammps_network.hpp"
 #include "solid/elastic.hpp"
 
@@ -131,7 +132,7 @@ TEST_CASE("A data file becomes a network: nodes by rising id, angles between bon
 
 TEST_CASE("The lattice of the peer's bar is ours: same energy of the same displacement") {
   for (const char* name : {"paper", "unit"}) {
-    const auto data = io::read_lammps_data(std::filesystem::path(VERIFLEX_SOURCE_DIR) / "reference/lammps" /
+    const auto data = io::read_lammps_data(repository::references() / "lammps" /
                                            fmt::format("bar_4x4x12_{}", name) / "lattice.data");
     const solid::Network theirs = scene::network_of(data, {2});
     solid::Network ours = solid::cubic_lattice({{4, 4, 12}, theirs.spacing});

@@ -4,6 +4,7 @@
 #include <set>
 
 #include "catch.hpp"
+#include "repository.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -13,7 +14,7 @@ namespace {
 
 std::string sources_of(const std::string& folder) {
   std::string all;
-  for (const auto& entry : std::filesystem::recursive_directory_iterator(VERIFLEX_SOURCE_DIR "/" + folder)) {
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(repository::root() / folder)) {
     const std::string extension = entry.path().extension();
     if (extension == ".hpp" || extension == ".cpp") all += unit::contents(entry.path());
   }

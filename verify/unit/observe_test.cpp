@@ -12,6 +12,7 @@
 #include "observe/field.hpp"
 #include "observe/interrupted.hpp"
 #include "observe/run.hpp"
+#include "repository.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -209,7 +210,7 @@ namespace {
 /// A shipped case with some values replaced, through the command.
 unit::Ran run_case(const std::string& id, std::vector<std::string> overrides) {
   const unit::Folder folder;
-  std::vector<std::string> words{"run", VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml", "--out", "out"};
+  std::vector<std::string> words{"run", repository::cases() / (id + ".toml"), "--out", "out"};
   for (const std::string& one : overrides) words.insert(words.end(), {"--set", one});
   return folder.run(words);
 }
@@ -435,7 +436,7 @@ TEST_CASE("Runs that fail take no row of the others with them, and leave their l
   // Only the coarsest gap is too fast.
   const unit::Folder folder;
   const unit::Ran ran = folder.run(
-      {"run", VERIFLEX_SOURCE_DIR "/cases/channel-womersley.toml", "--out", "out", "--set",
+      {"run", repository::cases() / "channel-womersley.toml", "--out", "out", "--set",
        "sweep.axes=[{ keys = [\"channel.nodes\", \"channel.velocity\", \"channel.period\"], values = "
        "[[4, 0.25, 96], [8, 0.02, 384], [16, 0.01, 1536]] }]",
        "--set", "check=", "--set", "channel.periods=1", "--set", "monitor={ every = 4, mach_limit = 0.12 }"});
@@ -558,7 +559,7 @@ tolerance = { relative = 0.06, floor = 1.0, reason = "8 nodes" }
 
 TEST_CASE("A box beyond the memory is refused by plan, validate and run alike") {
   const unit::Folder folder;
-  const std::string good = unit::contents(VERIFLEX_SOURCE_DIR "/cases/conservation-periodic.toml");
+  const std::string good = unit::contents(repository::cases() / "conservation-periodic.toml");
   folder.write("conservation-periodic.toml", unit::replaced(good, "[16, 12, 8]", "[100000, 100000, 1000]"));
   for (const char* command : {"plan", "validate", "run"}) {
     const unit::Ran ran = folder.run({command, "conservation-periodic.toml"});

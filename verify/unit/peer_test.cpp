@@ -11,6 +11,7 @@
 #include "io/document.hpp"
 #include "io/file.hpp"
 #include "measures/drivers.hpp"
+#include "repository.hpp"
 #include "studies/studies.hpp"
 #include "unit/command.hpp"
 
@@ -339,8 +340,8 @@ TEST_CASE("Records of beams can be held against a table of one's own") {
     folder.write("case.toml", text);
     const auto verdict_with = [&](const std::string& csv) {
       write_table(folder, "t", csv);
-      const engine::Case c = engine::read_case(folder.path() / "case.toml", {}, studies::readers(),
-                                               VERIFLEX_SOURCE_DIR "/reference");
+      const engine::Case c =
+          engine::read_case(folder.path() / "case.toml", {}, studies::readers(), repository::references());
       Progress progress("test");
       engine::Cost cost;
       observe::Observations seen = engine::begin(c.study);

@@ -21,6 +21,7 @@
 #include "io/hdf5.hpp"
 #include "measures/drivers.hpp"
 #include "observe/interrupted.hpp"
+#include "repository.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -38,9 +39,7 @@ std::string named(const std::string& id) {
   return replaced(good_case, "id = \"bad\"", "id = \"" + id + "\"");
 }
 
-std::string shipped(const std::string& id) {
-  return io::read_file(VERIFLEX_SOURCE_DIR "/cases/" + id + ".toml");
-}
+std::string shipped(const std::string& id) { return io::read_file(repository::cases() / (id + ".toml")); }
 
 std::string attribute(const fs::path& result, const std::string& name) {
   return io::Hdf5File(result).attribute("/", name);

@@ -16,6 +16,7 @@
 #include "engine/symbols.hpp"
 #include "engine/validate.hpp"
 #include "io/file.hpp"
+#include "repository.hpp"
 #include "studies/studies.hpp"
 
 using namespace veriflex;
@@ -23,7 +24,7 @@ namespace fs = std::filesystem;
 
 namespace {
 
-const fs::path root = VERIFLEX_SOURCE_DIR;
+const fs::path& root = repository::root();
 const fs::path references = root / "reference";
 
 using Names = std::set<std::string>;
