@@ -16,6 +16,7 @@
 #include "choose_cases.hpp"
 #include "estimates.hpp"
 #include "exit_code.hpp"
+#include "print_metrics.hpp"
 #include "report_command.hpp"
 #include "run_cases.hpp"
 #include "threads.hpp"
@@ -100,12 +101,10 @@ void plan_command(const Options& options) {
       }
     }
     Json measures = Json::array();
-    for (const observe::Metric& m : engine::measured(c.study)) {
+    const std::vector<observe::Metric> measured = engine::measured(c.study);
+    for (const observe::Metric& m : measured)
       measures.push_back({{"name", m.name}, {"dimension", m.dimension}, {"meaning", m.meaning}});
-      if (options.json) continue;
-      say("  measures  {}{}\n", m.name,
-          m.meaning.empty() ? "" : fmt::format("  [{}] {}", m.dimension, m.meaning));
-    }
+    if (!options.json) print_names(measured, "  measures  ");
     all.push_back({{"id", c.id},
                    {"built", built},
                    {"left_out", left_out},

@@ -19,6 +19,7 @@
 #include "exit_code.hpp"
 #include "io/file.hpp"
 #include "junit.hpp"
+#include "print_metrics.hpp"
 #include "print_study.hpp"
 #include "results_json.hpp"
 #include "run_jobs.hpp"
@@ -79,25 +80,19 @@ Json result_json(const Result& r, const std::string& stored) {
 
 void print_table(const Result& r) {
   print_study(r.seen);
+  if (r.outcomes.empty()) {
+    print_metrics(r.seen.metrics, "        ");
+    return;
+  }
   std::size_t width = 6;
   for (const engine::Outcome& o : r.outcomes) width = std::max(width, o.measure.size());
-  for (const observe::Metric& m : r.seen.metrics) {
-    if (r.outcomes.empty()) width = std::max(width, m.name.size());
-  }
-  if (!r.outcomes.empty()) {
-    say("        {:<{}}  {:>24}  {:>24}  {:>9}  {}\n", "metric", width, "measured", "target", "margin",
-        "verdict");
-  }
-  for (std::size_t i = 0; i < r.outcomes.size(); ++i) {
-    const engine::Outcome& o = r.outcomes[i];
+  say("        {:<{}}  {:>24}  {:>24}  {:>9}  {}\n", "metric", width, "measured", "target", "margin",
+      "verdict");
+  for (const engine::Outcome& o : r.outcomes) {
     const std::string target = o.outside ? fmt::format("beyond {:.10g} +- {:.3g}", o.target, o.tolerance)
                                          : fmt::format("{:.17g}", o.target);
     say("        {:<{}}  {:>24.17g}  {:>24}  {:>9.2g}  {}\n", o.measure, width, o.measured, target, o.margin,
         to_string(o.verdict));
-  }
-  if (!r.outcomes.empty()) return;
-  for (const observe::Metric& m : r.seen.metrics) {
-    say("        {:<{}}  {:>24.17g}  [{}] {}\n", m.name, width, m.value, m.dimension, m.meaning);
   }
 }
 

@@ -15,6 +15,7 @@
 #include "engine/result.hpp"
 #include "io/hdf5.hpp"
 #include "observe/record.hpp"
+#include "print_metrics.hpp"
 #include "run_cases.hpp"
 
 namespace veriflex {
@@ -200,13 +201,13 @@ void show_all(const io::Hdf5File& file, bool json) {
                      of(checks, "verdict", row, "{}"), of(checks, "statement", row, "{}")});
   }
   if (lines.size() > 1) print_aligned(lines);
-  if (rows_of(metrics) > 0) say("metrics\n");
-  lines.clear();
+  std::vector<observe::Metric> numbers;
   for (std::size_t row = 0; row < rows_of(metrics); ++row) {
-    lines.push_back({of(metrics, "name", row, "{}"), of(metrics, "value", row, "{:.17g}"),
-                     "[" + of(metrics, "dimension", row, "{}") + "]", of(metrics, "meaning", row, "{}")});
+    numbers.push_back({metrics.find("name")->texts[row], metrics.find("value")->values[row],
+                       metrics.find("dimension")->texts[row], metrics.find("meaning")->texts[row]});
   }
-  print_aligned(lines);
+  if (!numbers.empty()) say("metrics\n");
+  print_metrics(numbers, "  ");
   if (!names.empty()) say("records\n");
   lines.clear();
   for (const std::string& name : names) {

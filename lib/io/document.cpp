@@ -411,7 +411,8 @@ Table Table::table(const std::string& key) const {
   const toml::node& node = need(*this, *node_, key);
   if (!node.is_table())
     fail(key, fmt::format("'{}' is {}", key, type_name(node)), "a table is needed",
-         fmt::format("Write [{}] and its keys below", key));
+         node_->name.empty() ? fmt::format("Write [{}] and its keys below", key)
+                             : fmt::format("Write {} = {{}}, its keys between the braces", key));
   return Table(child(*node_, *node.as_table(), key));
 }
 
@@ -422,7 +423,8 @@ std::vector<Table> Table::tables(const std::string& key) const {
   for (const toml::node& item : as_array(*this, key, *node)) {
     if (!item.is_table())
       fail(key, fmt::format("'{}' holds {}", key, type_name(item)), "tables are needed",
-           fmt::format("Write [[{}]] before each", key));
+           node_->name.empty() ? fmt::format("Write [[{}]] before each", key)
+                               : fmt::format("Write {} = [{{}}], the keys of each between its braces", key));
     all.emplace_back(child(*node_, *item.as_table(), fmt::format("{}.{}", key, all.size())));
   }
   return all;
