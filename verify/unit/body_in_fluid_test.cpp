@@ -220,16 +220,8 @@ TEST_CASE("A film has one frame for each phase of the last period, however many 
 namespace {
 
 /// A small driven filament.
-const std::string stroke = R"(schema = 2
-id = "stroke"
-title = "A short filament"
-question = "How far are the two laws apart?"
-equation = "max |dz|/z0"
-sources = []
-tier = "quick"
-topics = ["filament"]
-driver = "filament"
-bond = { law = "harmonic", bond_stiffness = 0.26, rest_length = 1.0 }
+const std::string stroke = unit::case_head("stroke", "filament") +
+                           R"(bond = { law = "harmonic", bond_stiffness = 0.26, rest_length = 1.0 }
 compared_bond = { law = "harmonic", bond_stiffness = 0.25, rest_length = 1.0 }
 angle = { stiffness = 0.025 }
 solid = { shape = "rod", radius = 1.0, sections = 4 }

@@ -48,16 +48,7 @@ std::optional<FailureMode> end_of(const scene::Body& body, const observe::BodyLi
 
 /// A case of one bar that starts as `start` says.
 std::string bar(const std::string& start, const std::string& monitor = "") {
-  return R"(schema = 2
-id = "bar"
-title = "A bar that starts"
-question = "How does it start?"
-equation = "E = m v^2/2"
-sources = ["wu-qi-2014, Eq. 13"]
-tier = "quick"
-topics = ["scene"]
-driver = "scene"
-[[body]]
+  return unit::case_head("bar") + R"([[body]]
 name = "bar"
 shape = { block = { nodes = [2, 2, 6] } }
 bond = { law = "harmonic", bond_stiffness = 0.26, rest_length = 1.0 }

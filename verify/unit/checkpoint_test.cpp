@@ -125,9 +125,7 @@ bool same_bits(const std::vector<observe::Record>& a, const std::vector<observe:
 
 /// A run that would not end while a test looks on.
 const std::string endless =
-    "schema = 2\nid = \"endless\"\ntitle = \"t\"\nquestion = \"q\"\nequation = \"e\"\nsources = []\n"
-    "tier = \"quick\"\ntopics = []\ndriver = \"scene\"\n" +
-    rod_in_channel + "[run]\nsteps = 100000000\ncheckpoint = 0.001\n";
+    unit::case_head("endless") + rod_in_channel + "[run]\nsteps = 100000000\ncheckpoint = 0.001\n";
 
 engine::Case a_case() {
   engine::Case c{};

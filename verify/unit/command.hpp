@@ -22,6 +22,13 @@ inline std::string contents(const fs::path& path) {
   return text.str();
 }
 
+/// How a case begins; no test reads its words.
+inline std::string case_head(const std::string& id, const std::string& driver = "scene") {
+  return "schema = 2\nid = \"" + id +
+         "\"\ntitle = \"t\"\nquestion = \"q\"\nequation = \"e\"\nsources = []\n" +
+         "tier = \"quick\"\ntopics = []\ndriver = \"" + driver + "\"\n";
+}
+
 struct Ran {
   int code;
   std::string out, err;

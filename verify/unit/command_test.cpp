@@ -53,17 +53,7 @@ json timeless(const std::string& text) {
   return results;
 }
 
-const std::string shear_wave = R"(
-schema = 2
-id = "wave"
-title = "A shear wave"
-question = "?"
-equation = "-"
-sources = []
-tier = "quick"
-topics = []
-driver = "scene"
-
+const std::string shear_wave = unit::case_head("wave") + R"(
 [fluid]
 nodes = [16, 4, 4]
 relaxation_time = 0.8
@@ -246,10 +236,10 @@ TEST_CASE("Symbols of the field are other names of keys, in files, in --set and 
   const Ran both = folder.run({"run", "wave.toml"});
   CHECK(both.code == 2);
   CHECK_THAT(both.err,
-             ContainsSubstring("wave.toml:15:7: both 'relaxation_time' and 'tau' (they are two names of "
-                               "one parameter, the other stands at wave.toml:14:19). Keep one"));
+             ContainsSubstring("wave.toml:14:7: both 'relaxation_time' and 'tau' (they are two names of "
+                               "one parameter, the other stands at wave.toml:13:19). Keep one"));
   folder.write("wave.toml", replaced(shear_wave, "relaxation_time = 0.8", "relaxation_time = 0.8\nnu = 0.1"));
-  CHECK_THAT(folder.run({"run", "wave.toml"}).err, ContainsSubstring("wave.toml:15:6: both viscosity and "
+  CHECK_THAT(folder.run({"run", "wave.toml"}).err, ContainsSubstring("wave.toml:14:6: both viscosity and "
                                                                      "relaxation_time"));
 }
 
@@ -331,5 +321,5 @@ TEST_CASE("units prints a scene's numbers in both systems") {
   folder.write("wave.toml", replaced(shear_wave, "[run]",
                                      "[units]\nspacing = 0.0\ntime_step = 1e-5\n"
                                      "density = 1000.0\n\n[run]"));
-  CHECK_THAT(folder.run({"units", "wave.toml"}).err, ContainsSubstring("wave.toml:18:11: 'spacing' is 0"));
+  CHECK_THAT(folder.run({"units", "wave.toml"}).err, ContainsSubstring("wave.toml:17:11: 'spacing' is 0"));
 }

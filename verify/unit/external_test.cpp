@@ -22,9 +22,7 @@ using unit::replaced;
 namespace {
 
 const std::string head =
-    "schema = 2\nid = \"theirs\"\ntitle = \"theirs\"\nquestion = \"?\"\nequation = \"-\"\nsources = []\n"
-    "tier = \"quick\"\ntopics = []\ndriver = \"external\"\n"
-    "[external]\ncode = \"Solver 1.2\"\nobtained = \"by hand\"\n";
+    unit::case_head("theirs", "external") + "[external]\ncode = \"Solver 1.2\"\nobtained = \"by hand\"\n";
 
 const std::string table =
     "[[external.table]]\nrecord = \"pull\"\nfile = \"pull.csv\"\n"

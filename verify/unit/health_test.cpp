@@ -16,16 +16,7 @@ using unit::replaced;
 namespace {
 
 /// A short filament in a small box, driven hard.
-const std::string filament = R"(schema = 2
-id = "bad"
-title = "Short filament"
-question = "Does it break off as it should?"
-equation = "none"
-sources = ["wu-qi-2014, Sec. 3"]
-tier = "quick"
-topics = ["filament"]
-driver = "filament"
-
+const std::string filament = unit::case_head("bad", "filament") + R"(
 [bond]
 law = "fene-lj"
 epsilon = 0.000287

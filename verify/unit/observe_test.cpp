@@ -244,16 +244,7 @@ TEST_CASE("Two shear layers start as they are defined, along either axis of the 
   const unit::Folder folder;
   constexpr double U = 0.04, k = 20.0, d = 0.05;
   const auto probed = [&](const std::string& velocity, const std::string& along) {
-    folder.write("layers.toml", R"(schema = 2
-id = "layers"
-title = "Layers"
-question = "What flows?"
-equation = "Navier-Stokes"
-sources = []
-tier = "quick"
-topics = []
-driver = "scene"
-[fluid]
+    folder.write("layers.toml", unit::case_head("layers") + R"([fluid]
 nodes = [16, 16, 1]
 relaxation_time = 0.6
 initial = { flow = "double-shear-layer", velocity = )" +
@@ -292,16 +283,7 @@ steps = 1
 
 TEST_CASE("Probes with weights make one number of each field, their weighted sum") {
   const unit::Folder folder;
-  const std::string scene = R"(schema = 2
-id = "probes"
-title = "Probes"
-question = "What flows?"
-equation = "Navier-Stokes"
-sources = []
-tier = "quick"
-topics = []
-driver = "scene"
-[fluid]
+  const std::string scene = unit::case_head("probes") + R"([fluid]
 nodes = [16, 8, 1]
 relaxation_time = 0.8
 initial = { flow = "shear-wave", velocity = [0.0, 0.04, 0.0], along = "x" }
@@ -325,7 +307,7 @@ every = 5
   const unit::Ran ran = folder.run({"run", "probes.toml"});
   INFO(ran.err);
   CHECK(ran.code == 0);
-  CHECK_THAT(ran.out, ContainsSubstring("all.velocity_y.last"));
+  CHECK_THAT(ran.out, ContainsSubstring("all.velocity_y"));
   const io::Hdf5File file(folder.path() / "results/probes.h5");
   const auto values = [&](const std::string& name) { return file.numbers("/records/" + name); };
   for (const std::string field : {"density", "velocity_y"}) {
@@ -472,16 +454,7 @@ TEST_CASE("Steady states in float end at what float can meet, and less is refuse
 
 TEST_CASE("Arrays beyond the internal series run against the target that the case gives") {
   const unit::Folder folder;
-  folder.write("dense.toml", R"(schema = 2
-id = "dense"
-title = "Spheres at a solid fraction of 0.216"
-question = "Is the drag the tabulated one?"
-equation = "F over 6 pi mu a U"
-sources = []
-tier = "quick"
-topics = []
-driver = "channel"
-
+  folder.write("dense.toml", unit::case_head("dense", "channel") + R"(
 [fluid]
 nodes = [8, 8, 8]
 relaxation_time = 0.9330127018922193
@@ -525,16 +498,7 @@ file = "table.csv"
 sha256 = "SUM"
 )",
                                               "SUM", io::sha256(table)));
-    folder.write("duct.toml", R"(schema = 2
-id = "duct"
-title = "Duct"
-question = "Is it as in the table?"
-equation = "u"
-sources = []
-tier = "quick"
-topics = []
-driver = "channel"
-
+    folder.write("duct.toml", unit::case_head("duct", "channel") + R"(
 [fluid]
 relaxation_time = 1.0
 

@@ -109,16 +109,7 @@ TEST_CASE(
     "A column reaches its value between two rows, counted from another, or the run says that it did not") {
   const auto outcome = [](const std::string& reaches) {
     const unit::Folder folder;
-    folder.write("wave.toml", R"(schema = 2
-id = "wave"
-title = "A fluid that is driven"
-question = "When is it so fast?"
-equation = "u = g t"
-sources = []
-tier = "quick"
-topics = []
-driver = "scene"
-[fluid]
+    folder.write("wave.toml", unit::case_head("wave") + R"([fluid]
 nodes = [4, 4, 4]
 relaxation_time = 1.0
 body_force = [1e-4, 0.0, 0.0]
@@ -150,16 +141,7 @@ TEST_CASE(
   // A node on a bond whose other end is held, by leap-frog at its own frequency.
   const auto ran = [](const std::string& swings, const std::string& checks) {
     const unit::Folder folder;
-    folder.write("bond.toml", R"(schema = 2
-id = "bond"
-title = "A node on a bond"
-question = "How long is its period?"
-equation = "x = a cos omega t"
-sources = []
-tier = "quick"
-topics = []
-driver = "scene"
-[[body]]
+    folder.write("bond.toml", unit::case_head("bond") + R"([[body]]
 name = "pair"
 shape = { chain = { nodes = 2 } }
 bond = { law = "harmonic", bond_stiffness = 0.01, rest_length = 1.0 }

@@ -65,6 +65,11 @@ const std::string scene = [] {
 }();
 Ran ran(const Folder& folder, const std::string& words) { return folder.shell("\"$V\" " + words); }
 
+/// What a command with --json has made.
+io::Hdf5File result_of(const Folder& folder, const Ran& made) {
+  return io::Hdf5File(folder.path() / Json::parse(made.out)[0]["result"].get<std::string>());
+}
+
 /// Puts a text of the same length into a result file, and a checksum that it matches.
 void reseal(const fs::path& path, const std::string& from, const std::string& to) {
   constexpr std::size_t seal_size = 512;
@@ -267,7 +272,7 @@ TEST_CASE("A sweep that is asked for an error has its front, and timed rows have
           "sweep bar.toml --over solid.nodes='[3, 3, 6],[3, 3, 9]' --error young_modulus --timed "
           "--repeats 2 --json --out out");
   REQUIRE(ran_it.code == 0);
-  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  const io::Hdf5File file = result_of(folder, ran_it);
   CHECK(file.numbers("/records/sweep_front/bytes_moved").size() >= 1);
   CHECK(file.numbers("/records/sweep_cost_front/wall_seconds").size() >= 1);
   const std::vector<double> least = file.numbers("/records/sweep_cost/min_wall_seconds");
@@ -280,7 +285,7 @@ TEST_CASE("A sweep that is asked for an error has its front, and timed rows have
                          "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.4 --error young_modulus "
                          "--against-finest --json --out out");
   REQUIRE(finest.code == 0);
-  const io::Hdf5File against(folder.path() / Json::parse(finest.out)[0]["result"].get<std::string>());
+  const io::Hdf5File against = result_of(folder, finest);
   const std::vector<double> errors = against.numbers("/records/sweep/error");
   CHECK(errors[0] == Approx(0.75));
   CHECK(errors[1] == Approx(0.5));
@@ -300,7 +305,7 @@ TEST_CASE("A sweep that is asked for an error has its front, and timed rows have
                       "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --over 'solid.nodes.2=6,9' "
                       "--error young_modulus --against-finest --json --out out");
   REQUIRE(two.code == 0);
-  const io::Hdf5File pair(folder.path() / Json::parse(two.out)[0]["result"].get<std::string>());
+  const io::Hdf5File pair = result_of(folder, two);
   const std::vector<double> judged = pair.numbers("/records/sweep/error");
   CHECK(judged[0] == Approx(0.5));
   CHECK(std::count_if(judged.begin(), judged.end(), [](double e) { return std::isnan(e); }) == 3);
@@ -328,7 +333,7 @@ TEST_CASE("The error of a row may be that of a curve against a reference") {
   };
   const Ran good = swept("y = \"stress\", reference = \"springs\", floor = 0.0");
   REQUIRE(good.code == 0);
-  const io::Hdf5File file(folder.path() / Json::parse(good.out)[0]["result"].get<std::string>());
+  const io::Hdf5File file = result_of(folder, good);
   const std::vector<double> error = file.numbers("/records/sweep/error");
   CHECK(error[0] == Approx(0.5));
   CHECK(std::isnan(error[1]));  // a row that no run made
@@ -370,8 +375,7 @@ TEST_CASE("A sweep of the command line has a row per run, also of one that fails
   const std::string words = "sweep bar.toml --over bond.bond_stiffness=0.13,-1,0.26 --out out --json";
   const Ran first = ran(folder, words);
   REQUIRE(first.code == 0);
-  const Json told = Json::parse(first.out);
-  const io::Hdf5File file(fs::path(folder.path()) / told[0]["result"].get<std::string>());
+  const io::Hdf5File file = result_of(folder, first);
   CHECK(file.texts("/records/sweep/outcome") ==
         std::vector<std::string>{"completed", "refused", "completed"});
   const std::vector<double> modulus = file.numbers("/records/sweep/young_modulus");
@@ -423,8 +427,7 @@ TEST_CASE("Shards make what one machine makes") {
   const Ran merged = ran(folder, words + "both"), whole = ran(folder, words + "whole");
   REQUIRE(merged.code == 0);
   const auto sweep_of = [&](const Ran& r) {
-    return io::Hdf5File(folder.path() / Json::parse(r.out)[0]["result"].get<std::string>())
-        .numbers("/records/sweep/young_modulus");
+    return result_of(folder, r).numbers("/records/sweep/young_modulus");
   };
   CHECK(sweep_of(merged) == sweep_of(whole));
 }
@@ -437,8 +440,7 @@ TEST_CASE("Repeats are taken in rounds over all rows, and rounds are kept and me
   const auto seconds = [&](const std::string& out) {
     const Ran r = ran(folder, words + out);
     REQUIRE(r.code == 0);
-    return io::Hdf5File(folder.path() / Json::parse(r.out)[0]["result"].get<std::string>())
-        .numbers("/records/sweep_cost/wall_seconds");
+    return result_of(folder, r).numbers("/records/sweep_cost/wall_seconds");
   };
   const std::vector<double> first = seconds("one");
   std::vector<fs::file_time_type> early, late;
@@ -462,7 +464,7 @@ TEST_CASE("A boundary is where a reader's own bound lies, and changes that come 
       folder,
       "boundary bar.toml --along bond.bond_stiffness=-1..1.1 --points 3 --accuracy 1e-6 --json --out out");
   REQUIRE(ran_it.code == 0);
-  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  const io::Hdf5File file = result_of(folder, ran_it);
   CHECK(file.texts("/records/outcome_boundary/outcome_before").front() == "refused");
   CHECK(file.texts("/records/outcome_boundary/outcome_behind").front() == "completed");
   CHECK(file.numbers("/records/outcome_boundary/before").front() <= 0.0);
@@ -478,7 +480,7 @@ TEST_CASE("The boundary of a criterion is the middle of two places, where its bo
                          "boundary bar.toml --along bond.bond_stiffness=0.1..1.1 --points 3 --accuracy 0.01 "
                          "--criterion 'young_modulus<=0.437' --json --out out");
   REQUIRE(ran_it.code == 0);
-  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  const io::Hdf5File file = result_of(folder, ran_it);
   const std::string record = "/records/outcome_boundary/";
   CHECK(file.texts(record + "outcome_before").front() == "completed");
   CHECK(file.texts(record + "outcome_behind").front() == "beyond");
@@ -497,7 +499,7 @@ TEST_CASE("Along an axis of several the rows differ in that axis alone") {
                          "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.4 --over bond.rest_length=1,2 "
                          "--json --out out");
   REQUIRE(ran_it.code == 0);
-  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  const io::Hdf5File file = result_of(folder, ran_it);
   // The modulus is k/r0: twice as large at each further stiffness, half as large at the other length.
   const std::string record = "/records/orders_along_bond.bond_stiffness/";
   const std::vector<std::string> metric = file.texts(record + "metric");
@@ -523,7 +525,7 @@ TEST_CASE("An ablation shows what a part does") {
   const Ran ran_it =
       ran(folder, "ablate bar.toml --without angle --with integrator.speed=0.01 --json --out out");
   REQUIRE(ran_it.code == 0);
-  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  const io::Hdf5File file = result_of(folder, ran_it);
   CHECK(file.texts("/records/ablate/variant") ==
         std::vector<std::string>{"as it stands", "without angle", "with integrator.speed=0.01"});
   const std::vector<double> angles = file.numbers("/records/ablate/angle_evaluations");
@@ -545,7 +547,7 @@ TEST_CASE("What the plan of a scene leaves out can be put in, a row each, and ch
                          "ablate scene-chain-alone --set body.0.clamped= --set body.0.load= "
                          "--set 'body.0.start={noise=1e-3}' --left-out --json --out out");
   REQUIRE(ran_it.code == 0);
-  const io::Hdf5File file(folder.path() / Json::parse(ran_it.out)[0]["result"].get<std::string>());
+  const io::Hdf5File file = result_of(folder, ran_it);
   CHECK(file.texts("/records/ablate/variant") ==
         std::vector<std::string>{"as it stands", "with angles", "with constraints", "with loads"});
   CHECK(file.numbers("/records/ablate/moved") == std::vector<double>(4, 0.0));
