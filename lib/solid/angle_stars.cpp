@@ -2,6 +2,7 @@
 #include <array>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "solid/angle_kernel.hpp"
 
@@ -86,10 +87,16 @@ class Arrangement {
     std::sort(pairs.begin(), pairs.end());
     Arms& all = arms_of_shape_[pairs];
     all.insert(all.end(), arms.begin(), arms.end());
+    if (++stars_ == AngleStars::max_stars) end_piece();
   }
 
-  AngleStars result() const {
-    AngleStars stars;
+  AngleStars result() && {
+    end_piece();
+    return std::move(result_);
+  }
+
+ private:
+  void end_piece() {
     for (const auto& [pairs, by_star] : arms_of_shape_) {
       std::size_t arms = 0;
       for (const AngleStars::Pair& pair : pairs) arms = std::max<std::size_t>(arms, pair.b + 1U);
@@ -99,14 +106,16 @@ class Arrangement {
         for (std::size_t i = 0; i < group.lanes; ++i)
           group.arms.push_back(by_star[std::min(i, group.stars - 1) * arms + arm]);
       }
-      stars.angle_count += group.stars * pairs.size();
-      stars.groups.push_back(group);
+      result_.angle_count += group.stars * pairs.size();
+      result_.groups.push_back(std::move(group));
     }
-    return stars;
+    arms_of_shape_.clear();
+    stars_ = 0;
   }
 
- private:
-  std::map<std::vector<AngleStars::Pair>, Arms> arms_of_shape_;  // arms star by star
+  AngleStars result_;
+  std::map<std::vector<AngleStars::Pair>, Arms> arms_of_shape_;  // of this piece, arms star by star
+  std::size_t stars_ = 0;
 };
 
 }  // namespace
@@ -143,7 +152,7 @@ AngleStars arrange(const std::vector<Angle>& angles, std::size_t bonds) {
     star.clear();
     arms.clear();
   }
-  return arrangement.result();
+  return std::move(arrangement).result();
 }
 
 }  // namespace veriflex::solid

@@ -203,6 +203,33 @@ TEST_CASE("The vectorised loop reports an angle without a gradient wherever it s
   }
 }
 
+TEST_CASE("A body of several pieces has the gradient of all its angles") {
+  Network block = cubic_lattice({{14, 14, 22}, 1.0});
+  add_angles(block);
+  REQUIRE(block.node_count() > 2 * static_cast<Eigen::Index>(AngleStars::max_stars));
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(-0.1, 0.1);
+  Positions d(static_cast<Eigen::Index>(block.bonds.size()), 3);
+  for (double& component : d.reshaped()) component = uniform(random);
+  for (Eigen::Index b = 0; b < d.rows(); ++b) {
+    const Bond& bond = block.bonds[static_cast<std::size_t>(b)];
+    d.row(b) += block.rest.row(bond.second) - block.rest.row(bond.first);
+  }
+  Positions plain = Positions::Zero(d.rows(), 3), fast = plain;
+  for (const Angle& t : block.angles) {
+    const Vec3 a = t.sign_a * d.row(t.bond_a).transpose();
+    const Vec3 b = t.sign_b * d.row(t.bond_b).transpose();
+    const AngleGradient one = angle_gradient(angle_state(a, b, t.straight), a, b);
+    plain.row(t.bond_a) += t.sign_a * one.a;
+    plain.row(t.bond_b) += t.sign_b * one.b;
+  }
+  const auto bonds = static_cast<std::size_t>(d.rows());
+  const AngleStars stars = arrange(block.angles, bonds);
+  CHECK(stars.angle_count == block.angles.size());
+  REQUIRE(add_angle_gradients(stars, d.data(), bonds, 1.0, fast.data()));
+  CHECK((fast - plain).cwiseAbs().maxCoeff() <= 1e-14 * plain.cwiseAbs().maxCoeff());
+}
+
 TEST_CASE("Every angle is arranged once: the stars of a lattice are its nodes, as few shapes as it has") {
   Network rod = rod_lattice({2.5, 51, 1.0});
   add_angles(rod);
