@@ -196,3 +196,55 @@ def beam_line(result, record):
     legend_above(above, handles)
     caption = "Deflection of the clamped rod, and of a beam under the forces on its sections (below)."
     return Figure(caption, inline_svg(drawing, caption))
+
+
+def buckling_mode(result, record):
+    """The buckling filament at the end of its run, and the mode of theory."""
+    if not drawable(record, "place", "measured", "theory"):
+        return None
+    drawing, (axes,) = canvas()
+    place = record["place"]
+    handles = axes.plot(place, record["theory"], "-", color="#222222", linewidth=1.2, label="mode of the chain of markers")
+    handles += axes.plot(place, record["measured"], "o", color="C0", markerfacecolor="none", label="measured")
+    axes.axhline(0, **MARK)
+    axes.set_xlabel(column_label(record.columns["place"]))
+    axes.set_ylabel(column_label(record.columns["measured"]))
+    legend_above(axes, handles)
+    caption = f"{record.title}."
+    return Figure(caption, inline_svg(drawing, caption))
+
+
+def buckling_share(result, record):
+    """How the buckling mode grows or decays, and the exponential of theory; where it is fitted it should be one."""
+    if not drawable(record, "strain", "share", "theory"):
+        return None
+    drawing, (axes,) = canvas()
+    handles = axes.plot(record["strain"], record["theory"], "-", color="#222222", linewidth=1.2, label="theory")
+    handles += axes.plot(record["strain"], record["share"], ".", color="C0", markersize=3, label="measured")
+    axes.set_yscale("log")
+    axes.set_xlabel(column_label(record.columns["strain"]))
+    axes.set_ylabel(column_label(record.columns["share"]))
+    legend_above(axes, handles)
+    caption = f"{record.title}."
+    return Figure(caption, inline_svg(drawing, caption))
+
+
+def buckling_growth(result, record):
+    """Growth of a filament's buckling mode against the strength of the flow; of a sweep over it."""
+    names = ("growth", "growth_markers", "growth_slender")
+    if not drawable(record, "eta", *names):
+        return None
+    order = np.argsort(record["eta"])
+    eta, growth, of_markers, slender = (record[name][order] for name in ("eta", *names))
+    drawing, (axes,) = canvas()
+    handles = axes.plot(eta, slender, "o:", color="C1", markerfacecolor="none", label="slender body, uniform strain")
+    handles += axes.plot(eta, of_markers, "-", color="#222222", linewidth=1.2, label="chain of markers between the rolls")
+    handles += axes.plot(eta, growth, "o", color="C0", label="measured")
+    axes.axhline(0, **MARK)
+    axes.set_xscale("log")
+    label_points(axes, eta)
+    axes.set_xlabel(column_label(record.columns["eta"]))
+    axes.set_ylabel("growth over rate of strain [1]")
+    legend_above(axes, handles)
+    caption = "Growth of the first buckling mode of a free filament between four rolls: above zero it buckles."
+    return Figure(caption, inline_svg(drawing, caption))

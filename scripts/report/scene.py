@@ -12,6 +12,7 @@ from report.drawing import (
     drawable,
     extent,
     inline_svg,
+    legend_above,
     legend_of_speed,
     powers,
     quantity,
@@ -76,7 +77,13 @@ def nodes(result, record):
     last = record["step"] == record["step"].max()
     across, up = sorted(sorted("xyz", key=lambda axis: -np.ptp(record[axis][last]))[:2])
     drawing, (axes,) = canvas()
-    axes.plot(record[across][last], record[up][last], ".", markersize=3)
+    place = record[across][last]
+    handles = axes.plot(place, record[up][last], ".", markersize=3, label="measured")
+    for reference in result.references:
+        if drawable(reference.columns, "node", up) and len(reference.columns["node"]) == len(place):
+            handles += axes.plot(place, reference.columns[up], "-", color="#222222", linewidth=0.8, label=reference.kind)
+    if len(handles) > 1:
+        legend_above(axes, handles)
     axes.set_xlabel(column_label(record.columns[across]))
     axes.set_ylabel(column_label(record.columns[up]))
     caption = f"{record.title}, step {record['step'].max():.0f}"

@@ -86,6 +86,9 @@ engine::Study read_crossflow(const io::Table& top);
 /// A layer on an oscillating plate, against the exact motion of solid and fluid.
 engine::Study read_elastic_layer(const io::Table& top);
 
+/// A free filament between four rolls: growth of its first buckling mode, against the theory of its markers.
+engine::Study read_buckling_filament(const io::Table& top);
+
 /// Node mass at which the coupling of a rod to the fluid becomes unstable: linearised map against runs.
 engine::Study read_coupling_stability(const io::Table& top);
 
@@ -132,6 +135,9 @@ inline const std::vector<engine::Driver>& all() {
       {"crossflow", "clamped rod in a stream, against a beam under the same forces", &read_crossflow},
       {"elastic-layer", "elastic layer on an oscillating plate, against its exact motion",
        &read_elastic_layer},
+      {"buckling-filament",
+       "free filament in a straining flow: growth of its first buckling mode, against theory",
+       &read_buckling_filament},
       {"coupling-stability", "smallest stable node mass of a coupled rod: linearised map against runs",
        &read_coupling_stability},
       {"coupled-spectrum", "growth of small perturbations of a scene: its spectrum, the linearised map, runs",
