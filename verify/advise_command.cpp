@@ -32,8 +32,10 @@ struct AdviseOptions {
   std::string case_folder = repository::cases().string();
   double error = 0.0;
   double budget = 0.0;
+  std::vector<std::string> where;
   bool json = false;
   RodInFlow rod;
+  std::string write;
   int threads = 0;
 };
 
@@ -92,11 +94,26 @@ Full full_setting(const std::vector<std::string>& advised, const std::vector<stu
   return full;
 }
 
+studies::SweptRows rows_where(const std::vector<std::string>& given, studies::SweptRows rows) {
+  for (const std::string& one : given) {
+    const std::size_t equals = one.find('=');
+    if (equals == std::string::npos)
+      throw InputError({}, fmt::format("--where is {}", one), "it names an axis and its value",
+                       "Use --where fluid.relaxation_time=0.8");
+    try {
+      rows = studies::only(rows, one.substr(0, equals), one.substr(equals + 1));
+    } catch (const BadParameter& bad) {
+      throw InputError({}, fmt::format("--where {}: {}", one, bad.problem), bad.why, bad.suggestion);
+    }
+  }
+  return rows;
+}
+
 int advise_command(const AdviseOptions& o) {
   const Adviser from = adviser(o);
   const fs::path path = from.result;
   const io::Hdf5File file(path);
-  const studies::SweptRows rows = rows_of(file, path.string());
+  const studies::SweptRows rows = rows_where(o.where, rows_of(file, path.string()));
   const studies::Advice found = studies::advise(
       rows, {.error = o.error, .budget = o.budget > 0.0 ? std::optional(o.budget) : std::nullopt});
   const std::string machine = file.attribute("/provenance", "machine");
@@ -132,7 +149,7 @@ int advise_command(const AdviseOptions& o) {
   say("  from {} rows of {}; each predicted from the others is within a factor of {:.3g} (error), {:.3g} "
       "(time)\n",
       found.rows, path.string(), found.error_factor, found.time_factor);
-  if (found.is_measured) say("  The fit is worth too little to go between rows: this is one that was run.\n");
+  if (found.is_measured) say("  This is a row that was run.\n");
   if (!found.is_within) say("  This lies beyond the sweep, by a factor of two at most: extrapolated.\n");
   if (!from.differences.empty()) {
     say("  The study's scene is not this case's; they differ in\n");
@@ -163,6 +180,9 @@ int advise_rod_command(const AdviseOptions& o) {
         {}, fmt::format("--{}: {}", bad.parameter == "length" ? "diameter" : bad.parameter, bad.problem),
         bad.why, bad.suggestion);
   }
+  if (!o.write.empty())
+    io::write_file(o.write, fmt::format("schema = 2\nid = {}\n{}",
+                                        io::toml_text(fs::path(o.write).stem().string()), found.scene));
   const auto or_null = [](const std::optional<double>& value) {
     return value ? Json(*value) : Json(nullptr);
   };
@@ -197,6 +217,7 @@ int advise_rod_command(const AdviseOptions& o) {
                           *found.coupling_growth)
             : "the linearised exchange does not grow");
   }
+  if (!o.write.empty()) say("  Try it: veriflex run {}\n", o.write);
   for (const engine::Quantity& q : found.quantities) {
     if (!q.fault.empty()) say("  {} = {:.3g}: {}. Take {}\n", q.name, q.lattice, q.fault, q.remedy);
   }
@@ -232,10 +253,15 @@ void add_advise_command(CLI::App& app, int& exit_code) {
   advise->add_option("--amplitude", o->rod.amplitude, "how far the rod is moved [m]")->needs(viscosity);
   advise->add_option("--duration", o->rod.duration, "of the run [s] (default: ten rod lengths of the flow)")
       ->needs(viscosity);
+  advise->add_option("--write", o->write, "a case file of it, which is made or replaced")->needs(viscosity);
   advise->add_option("--threads", o->threads, "threads that a run would have (default: all cores)")
       ->check(CLI::Range(1, 4096));
   advise->add_option("--error", o->error, "the error that is to be reached")->required();
   advise->add_option("--budget", o->budget, "the most run time [s]");
+  advise
+      ->add_option("--where", o->where,
+                   "KEY=VALUE of an axis of the sweep that is not to be chosen (repeat it for more)")
+      ->excludes(viscosity);
   advise->add_option("--out", o->out, "folder of results")->capture_default_str();
   advise->add_option("--cases", o->case_folder, "folder of case files")->capture_default_str();
   advise->add_flag("--json", o->json, "print JSON");

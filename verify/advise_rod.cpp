@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <numbers>
+#include <string_view>
 
 #include "advisers.hpp"
 #include "base/error.hpp"
@@ -193,6 +195,7 @@ struct Found {
   Section section;
   engine::Lattice lattice;
   double length = 0.0, amplitude = 0.0;  // [spacings]
+  std::int64_t steps = 0;
   fluid::Spec fluid{};
   std::optional<scene::Body> body{};
 
@@ -295,7 +298,7 @@ void choose_body(Found& found) {
   found.add(fmt::format("body.0.bond={{ law = \"harmonic\", bond_stiffness = {}, rest_length = 1.0 }}",
                         io::toml_text(told.young_modulus)),
             "E = k/r0 of the lattice");
-  found.add(fmt::format("body.0.angle.stiffness={}", io::toml_text(body.material.angle_stiffness)),
+  found.add(fmt::format("body.0.angle={{ stiffness = {} }}", io::toml_text(body.material.angle_stiffness)),
             "k_a/(k r0^2) as in the paper: no law fixes it");
   found.add(fmt::format("body.0.node_mass={}", io::toml_text(told.density)), "density ratio");
   if (const int substeps = substeps_for(body); substeps > 0) {
@@ -313,17 +316,74 @@ void choose_body(Found& found) {
   found.body->scheme = body.scheme;
 }
 
+/// A case of the settings. Comments say where each comes from.
+std::string written(const RodInFlow& rod, double error, const Found& found) {
+  const auto setting = [&](const std::string& key) {
+    const auto one = std::find_if(found.advice.settings.begin(), found.advice.settings.end(),
+                                  [&](const Advised& a) { return a.setting.starts_with(key + "="); });
+    return one == found.advice.settings.end()
+               ? std::string()
+               : fmt::format("# {}\n{} = {}\n", one->why, key.substr(key.rfind('.') + 1),
+                             one->setting.substr(key.size() + 1));
+  };
+  const double speed = *found.lattice.told.speed;
+  const bool is_driven = rod.amplitude > 0.0, is_elastic = rod.flow.young_modulus.has_value();
+  const std::array<std::int64_t, 3>& box = found.fluid.grid.size;
+  std::string text = fmt::format(
+      "title = \"A rod {}, with the settings that are advised for an error of {:.3g}\"\n"
+      "question = \"What does the fluid do to the rod?\"\n"
+      "equation = \"F_int = rho_f V (u_f - u_s)\"\nsources = []\ntier = \"full\"\ntopics = [\"scene\"]\n"
+      "driver = \"scene\"\n\n",
+      is_driven ? "driven at one end" : "in a stream", error);
+  text += setting("units") + "\n[fluid]\n";
+  for (const char* key : {"fluid.nodes", "fluid.relaxation_time", "fluid.storage"}) text += setting(key);
+  if (!is_driven) {
+    text += fmt::format(
+        "initial = {{ flow = \"uniform\", velocity = [0.0, 0.0, {0}] }}\n"
+        "walls_z = {{ low_inflow = {{ velocity = [0.0, 0.0, {0}] }}, high_outflow = {{}} }}\n",
+        io::toml_text(speed));
+  }
+  text += fmt::format(
+      "\n[[body]]\nname = \"rod\"\nshape = {{ rod = {{ radius = {}, sections = {} }} }}\naxis = \"y\"\n"
+      "place = [{:.1f}, {:.1f}, {:.1f}]\n",
+      io::toml_text(found.section.radius), found.sections(), 0.5 * static_cast<double>(box[0]),
+      0.5 * static_cast<double>(box[1] - found.sections() + 1), 0.5 * static_cast<double>(box[2]));
+  for (const char* key : {"body.0.bond", "body.0.angle", "body.0.node_mass", "body.0.substeps",
+                          "body.0.integrator", "body.0.coupling"})
+    text += setting(key);
+  const double period = 2.0 * std::numbers::pi * found.amplitude / speed;
+  if (is_elastic && is_driven) {
+    text += fmt::format(
+        "drive = {{ nodes = \"first section\", direction = \"z\", amplitude = {}, period = {} }}\n",
+        io::toml_text(found.amplitude), io::toml_text(period));
+  } else if (is_elastic) {
+    text += "clamped = \"first section\"\n";
+  } else if (is_driven) {
+    text += fmt::format("motion = {{ amplitude = [0.0, 0.0, {}], period = {} }}\n",
+                        io::toml_text(found.amplitude), io::toml_text(period));
+  } else {
+    text += "motion = { velocity = [0.0, 0.0, 0.0] }\n";
+  }
+  text += "\n[run]\n" + setting("run.steps");
+  const std::int64_t every = std::max<std::int64_t>(1, found.steps / 100);
+  for (const char* what : {"forces", "tip"}) {
+    if (is_elastic || what == std::string_view("forces"))
+      text += fmt::format("\n[[observe]]\nwhat = \"{}\"\nevery = {}\n", what, every);
+  }
+  return text;
+}
+
 /// Steps, time and memory of a run.
 void price(const RodInFlow& rod, int threads, Found& found) {
   constexpr double lengths_passed = 10.0;
   const double duration = rod.duration.value_or(lengths_passed * rod.rod_length / rod.flow.speed);
-  const auto steps = static_cast<std::int64_t>(std::ceil(duration / found.lattice.units.time_step));
-  found.add(fmt::format("run.steps={}", steps), fmt::format("{:.3g} s", duration));
+  found.steps = static_cast<std::int64_t>(std::ceil(duration / found.lattice.units.time_step));
+  found.add(fmt::format("run.steps={}", found.steps), fmt::format("{:.3g} s", duration));
   scene::Scene scene{.fluid = found.fluid, .bodies = {}};
   if (found.body) scene.bodies.push_back(*found.body);
   found.advice.memory = 0.0;
   for (const scene::Built& built : scene::plan_scene(scene).built) *found.advice.memory += built.memory_bytes;
-  if (const auto work = scene::expected_work(scene, steps))
+  if (const auto work = scene::expected_work(scene, found.steps))
     found.advice.seconds = engine::seconds_of(*work, engine::rates(threads));
 }
 
@@ -334,6 +394,7 @@ RodAdvice advise_rod(const RodInFlow& rod, double error, const fs::path& results
   choose_box(error, results, found);
   if (rod.flow.young_modulus) choose_body(found);
   price(rod, threads, found);
+  found.advice.scene = written(rod, error, found);
   return found.advice;
 }
 

@@ -34,8 +34,11 @@ struct RodAdvice {
   std::vector<std::string> errors;            // its terms, and what is not in it
   std::optional<double> seconds{}, memory{};  // of a run  [s], [bytes]
   std::optional<double> coupling_growth{};    // of an elastic rod, see scene::coupling_growth()
+  std::string scene;  // with these settings, a case of driver `scene` but for its `id`
 };
 
+/// The scene is a rod along y, clamped at its first section, in a stream along z that enters and leaves; or,
+/// with an amplitude, driven there along z in a fluid at rest, at most with the speed.
 /// From the stored results of `cost-cylinder-markers` and, where it is there, `cost-filament` in that folder.
 /// Throws InputError without the first and for numbers that are not positive, NumericalFailure for an error
 /// that these studies cannot reach.

@@ -191,6 +191,28 @@ Eigen::VectorXd fit_time(const std::vector<Point>& points, const std::vector<dou
   return fit(time_law, points, values, start).parameters;
 }
 
+// Squared, in logarithms.
+double distance(const Point& a, const Point& b) {
+  double squares = 0.0;
+  for (std::size_t axis = 0; axis < a.size(); ++axis) squares += std::pow(std::log(a[axis] / b[axis]), 2);
+  return squares;
+}
+
+// By the law, times what it misses at the rows around: caches, threads and vectors of the machine make steps
+// that no law of powers follows.
+double time_at(const Eigen::VectorXd& of_time, const std::vector<Point>& points,
+               const std::vector<double>& seconds, const Point& x) {
+  double weights = 0.0, missed = 0.0;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double away = distance(x, points[i]);
+    if (away == 0.0) return seconds[i];
+    const double weight = 1.0 / (away * away);
+    weights += weight;
+    missed += weight * std::log(seconds[i] / time_law(of_time, points[i]));
+  }
+  return time_law(of_time, x) * std::exp(missed / weights);
+}
+
 double factor(double a, double b) { return std::max(a / b, b / a); }
 
 // Completed rows of a family, and its laws.
@@ -199,6 +221,8 @@ struct Model {
   std::vector<double> error, seconds;
   Eigen::VectorXd of_error, of_time;
   double error_factor = 1.0, time_factor = 1.0;  // worst of rows predicted from the others
+
+  double time(const Point& x) const { return time_at(of_time, points, seconds, x); }
 };
 
 // With a floor, or without; nothing when the rows are too few.
@@ -225,7 +249,8 @@ std::optional<Model> model_of(const Family& family, bool has_floor) {
     const Eigen::VectorXd of_error = fit_error(points, error, has_floor);
     model.error_factor = worse(model.error_factor, factor(error_law(of_error, x), model.error[left_out]));
     model.time_factor =
-        worse(model.time_factor, factor(time_law(fit_time(points, seconds), x), model.seconds[left_out]));
+        worse(model.time_factor,
+              factor(time_at(fit_time(points, seconds), points, seconds, x), model.seconds[left_out]));
   }
   return model;
 }
@@ -235,13 +260,6 @@ std::optional<Model> model_of(const Family& family) {
   std::optional<Model> with = model_of(family, true), without = model_of(family, false);
   if (!with || (without && !(with->error_factor <= without->error_factor))) return without;
   return with;
-}
-
-// Squared, in logarithms.
-double distance(const Point& a, const Point& b) {
-  double squares = 0.0;
-  for (std::size_t axis = 0; axis < a.size(); ++axis) squares += std::pow(std::log(a[axis] / b[axis]), 2);
-  return squares;
 }
 
 std::size_t nearest(const Family& family, const Point& x) {
@@ -257,9 +275,16 @@ std::size_t nearest(const Family& family, const Point& x) {
   return best;
 }
 
+// At tau = 1 the fluid is stored as moments and errs otherwise: nothing beside it follows from there.
+bool from_moments_alone(const std::string& axis, double x, double from, double to) {
+  const double moments = variable(axis, 1.0);
+  return axis.ends_with("relaxation_time") && x != moments && (from == moments || to == moments);
+}
+
 // Whether a point may be advised: every row at the corners of its cell of the grid has completed, and beyond
 // the grid it lies where the error falls, so that a limit of stability is not stepped over.
-bool is_usable(const Family& family, const Model& model, const Point& x) {
+bool is_usable(const std::vector<const Column*>& axes, const Family& family, const Model& model,
+               const Point& x) {
   std::vector<std::pair<double, double>> cell;  // the grid's neighbours of x along each axis
   for (std::size_t axis = 0; axis < x.size(); ++axis) {
     double below = -INFINITY, above = INFINITY;
@@ -270,7 +295,9 @@ bool is_usable(const Family& family, const Model& model, const Point& x) {
     const bool falls_upwards = model.of_error[static_cast<Eigen::Index>(2 * axis + 1)] > 0.0;
     if (std::isinf(above) && !falls_upwards) return false;
     if (std::isinf(below) && falls_upwards) return false;
-    cell.emplace_back(std::isinf(below) ? above : below, std::isinf(above) ? below : above);
+    const auto [from, to] =
+        cell.emplace_back(std::isinf(below) ? above : below, std::isinf(above) ? below : above);
+    if (from_moments_alone(axes[axis]->name, x[axis], from, to)) return false;
   }
   for (std::size_t i = 0; i < family.points.size(); ++i) {
     bool is_corner = true;
@@ -283,18 +310,27 @@ bool is_usable(const Family& family, const Model& model, const Point& x) {
   return true;
 }
 
+// Of a number that was not swept, by those around it or, beyond all, the two next to it.
+double as_even_as_beside(const std::vector<double>& swept, double value) {
+  if (swept.size() < 2) return std::max(1.0, std::round(value));
+  const auto above = std::upper_bound(swept.begin() + 1, swept.end() - 1, value);
+  return as_even(value, *(above - 1), *above);
+}
+
 // Values to try along an axis, up to a factor of two beyond what was swept; whole numbers where all were.
 std::vector<double> tries(const Column& axis) {
   std::vector<double> values;
   for (const double value : axis.values) values.push_back(variable(axis.name, value));
-  const double low = *std::min_element(values.begin(), values.end());
-  const double high = *std::max_element(values.begin(), values.end());
+  std::sort(values.begin(), values.end());
+  values.erase(std::unique(values.begin(), values.end()), values.end());
+  const std::vector<double> swept = values;
   const bool whole =
       std::all_of(axis.values.begin(), axis.values.end(), [](double v) { return v == std::round(v); });
   constexpr int count = 65;
   for (int i = 0; i < count; ++i) {
-    const double value = 0.5 * low * std::pow(4.0 * high / low, i / (count - 1.0));
-    values.push_back(whole ? std::max(1.0, std::round(value)) : value);
+    const double value =
+        0.5 * swept.front() * std::pow(4.0 * swept.back() / swept.front(), i / (count - 1.0));
+    values.push_back(whole ? as_even_as_beside(swept, value) : value);
   }
   std::sort(values.begin(), values.end());
   values.erase(std::unique(values.begin(), values.end()), values.end());
@@ -352,7 +388,7 @@ Advice advice_at(const SweptRows& rows, const Family& family, const Model& model
   const std::vector<const Column*> axes = numeric(rows);
   Advice advice{.setting = {},
                 .error = error_law(model.of_error, x),
-                .seconds = time_law(model.of_time, x),
+                .seconds = model.time(x),
                 .memory = family.memory[nearest(family, x)],
                 .is_within = true,
                 .is_measured = false,
@@ -368,7 +404,10 @@ Advice advice_at(const SweptRows& rows, const Family& family, const Model& model
       continue;
     }
     const double value = value_of(axis.name, x[number++]);
-    advice.setting.push_back(fmt::format("{}={:.6g}", axis.name, value));
+    const auto swept = std::find_if(axis.values.begin(), axis.values.end(),
+                                    [&](double v) { return std::abs(v - value) <= 1e-12 * std::abs(v); });
+    advice.setting.push_back(swept == axis.values.end() ? fmt::format("{}={:.6g}", axis.name, value)
+                                                        : fmt::format("{}={}", axis.name, *swept));
     const auto [low, high] = std::minmax_element(axis.values.begin(), axis.values.end());
     if (value < *low || value > *high) advice.is_within = false;
   }
@@ -381,9 +420,45 @@ SweptRows swept_rows(const observe::Record& sweep, const observe::Record& cost, 
   SweptRows rows;
   rows.axes = axes_of(sweep);
   for (const double value : sweep.find(error)->values) rows.error.push_back(std::abs(value));
-  rows.seconds = cost.find("wall_seconds")->values;
+  rows.seconds = cost.find("min_wall_seconds")->values;  // whatever disturbs a run makes it longer
   rows.memory = cost.find("peak_memory_bytes")->values;
   return rows;
+}
+
+SweptRows only(const SweptRows& rows, const std::string& axis, const std::string& value) {
+  const auto given = std::find_if(rows.axes.begin(), rows.axes.end(),
+                                  [&](const Column& column) { return column.name == axis; });
+  std::vector<std::string> names, values;
+  for (const Column& column : rows.axes) names.push_back(column.name);
+  SweptRows kept;
+  for (const Column& column : rows.axes)
+    kept.axes.push_back({column.name, column.symbol, column.dimension, column.meaning, {}});
+  for (std::size_t i = 0; given != rows.axes.end() && i < rows.error.size(); ++i) {
+    const std::string here = given->texts.empty() ? fmt::format("{}", given->values[i]) : given->texts[i];
+    if (std::find(values.begin(), values.end(), here) == values.end()) values.push_back(here);
+    if (here != value) continue;
+    for (std::size_t a = 0; a < rows.axes.size(); ++a) {
+      const Column& column = rows.axes[a];
+      if (&column == &*given) {
+        kept.axes[a].texts.push_back(value);
+      } else if (column.texts.empty()) {
+        kept.axes[a].values.push_back(column.values[i]);
+      } else {
+        kept.axes[a].texts.push_back(column.texts[i]);
+      }
+    }
+    kept.error.push_back(rows.error[i]);
+    kept.seconds.push_back(rows.seconds[i]);
+    kept.memory.push_back(rows.memory[i]);
+  }
+  if (kept.error.empty()) {
+    throw BadParameter("where", fmt::format("no row of the sweep has {}={}", axis, value),
+                       given == rows.axes.end()
+                           ? fmt::format("its axes are {}", fmt::join(names, ", "))
+                           : fmt::format("this axis was swept over {}", fmt::join(values, ", ")),
+                       "Name an axis and one of its values");
+  }
+  return kept;
 }
 
 namespace {
@@ -436,10 +511,22 @@ void search(const SweptRows& rows, Search& found) {
   for (const Family& family : families(rows)) {
     const std::optional<Model> model = model_of(family);
     const bool is_trusted = model && model->error_factor <= trusted;
+    const auto consider_rows = [&] {
+      for (std::size_t i = 0; i < model->points.size(); ++i) {
+        found.consider(model->error[i], model->seconds[i], 1.0, [&] {
+          Advice row = advice_at(rows, family, *model, model->points[i]);
+          row.error = model->error[i];
+          row.is_measured = true;
+          return row;
+        });
+      }
+    };
     if (is_trusted) {
+      consider_rows();
       for_each_point(axes, [&](const Point& x) {
-        if (!is_usable(family, *model, x)) return;
-        found.consider(error_law(model->of_error, x), time_law(model->of_time, x), model->error_factor,
+        if (distance(x, family.points[nearest(family, x)]) == 0.0 || !is_usable(axes, family, *model, x))
+          return;
+        found.consider(error_law(model->of_error, x), model->time(x), model->error_factor,
                        [&] { return advice_at(rows, family, *model, x); });
       });
       continue;
@@ -450,15 +537,7 @@ void search(const SweptRows& rows, Search& found) {
       ++found.too_few;
       continue;
     }
-    for (std::size_t i = 0; i < model->points.size(); ++i) {
-      found.consider(model->error[i], model->seconds[i], 1.0, [&] {
-        Advice row = advice_at(rows, family, *model, model->points[i]);
-        row.error = model->error[i];
-        row.seconds = model->seconds[i];
-        row.is_measured = true;
-        return row;
-      });
-    }
+    consider_rows();
   }
 }
 

@@ -22,6 +22,20 @@ std::optional<double> number_in(const std::string& text) {
   }
 }
 
+// A number, or those of a list; none of anything else.
+std::vector<double> numbers_in(const std::string& text) {
+  if (const std::optional<double> number = number_in(text)) return {*number};
+  try {
+    return io::parse_document("value = " + text, "").numbers("value");
+  } catch (const InputError&) {
+    return {};
+  }
+}
+
+bool are_whole(const std::string& text) {
+  return text.find_first_not_of("0123456789[], ") == std::string::npos;
+}
+
 std::vector<std::vector<std::string>> read_values(const io::Table& axis, std::size_t keys) {
   std::vector<std::vector<std::string>> values;
   for (const std::string& text : axis.shown_values("values")) {
@@ -65,6 +79,13 @@ Axis read_axis(const io::Table& table) {
 }
 
 }  // namespace
+
+double as_even(double value, double below, double above) {
+  double multiple = 16.0;
+  for (const double beside : {below, above})
+    while (multiple > 1.0 && std::fmod(beside, 2.0 * multiple) != 0.0) multiple /= 2.0;
+  return std::max(multiple, multiple * std::round(value / multiple));
+}
 
 std::string bare(const std::string& value) {
   try {
@@ -168,17 +189,23 @@ std::optional<std::vector<std::string>> values_at(const Axis& axis, const std::s
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::stable_sort(order.begin(), order.end(),
                    [&](std::size_t a, std::size_t b) { return distance(a) < distance(b); });
+  const double x_near = axis.numbers[order[0]], x_far = axis.numbers[order[1]];
   std::vector<std::string> values{first};
   for (std::size_t key = 1; key < axis.keys.size(); ++key) {
-    const bool whole = std::all_of(axis.values.begin(), axis.values.end(), [&](const auto& listed) {
-      return listed[key].find_first_not_of("0123456789") == std::string::npos;
-    });
-    const std::optional<double> near = number_in(axis.values[order[0]][key]);
-    const std::optional<double> far = number_in(axis.values[order[1]][key]);
-    if (!near || !far || *near <= 0.0 || *far <= 0.0) return std::nullopt;
-    const double x_near = axis.numbers[order[0]], x_far = axis.numbers[order[1]];
-    const double at = *near * std::pow(*x / x_near, std::log(*far / *near) / std::log(x_far / x_near));
-    values.push_back(whole ? fmt::format("{}", std::llround(at)) : io::toml_text(at));
+    const std::vector<double> near = numbers_in(axis.values[order[0]][key]);
+    const std::vector<double> far = numbers_in(axis.values[order[1]][key]);
+    if (near.empty() || near.size() != far.size()) return std::nullopt;
+    const bool whole = std::all_of(axis.values.begin(), axis.values.end(),
+                                   [&](const auto& listed) { return are_whole(listed[key]); });
+    std::vector<std::string> parts;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      if (near[i] <= 0.0 || far[i] <= 0.0) return std::nullopt;
+      const double at =
+          near[i] * std::pow(*x / x_near, std::log(far[i] / near[i]) / std::log(x_far / x_near));
+      parts.push_back(whole ? fmt::format("{:.0f}", as_even(at, near[i], far[i])) : io::toml_text(at));
+    }
+    values.push_back(number_in(axis.values[order[0]][key]) ? parts.front()
+                                                           : fmt::format("[{}]", fmt::join(parts, ", ")));
   }
   return values;
 }

@@ -31,9 +31,13 @@ std::vector<Cell> cells(const std::vector<Axis>& axes);
 /// What sets a case to that combination, as `--set` takes it.
 std::vector<std::string> settings(const std::vector<Axis>& axes, const Cell& cell);
 
+/// The multiple next to a value of half of the power of two that two whole numbers share, of 16 at most: a
+/// fluid's row of nodes that vectors do not divide takes up to six times as long.
+double as_even(double value, double one, double other);
+
 /// The values of an axis's keys where the first has this value: as they are listed, or between and beyond
-/// listed ones by the power law through the two nearest, whole numbers rounded. Nothing where a key takes no
-/// positive numbers.
+/// listed ones by the power law through the two nearest, whole numbers by as_even(); of a list each number.
+/// Nothing where a key takes no positive numbers.
 std::optional<std::vector<std::string>> values_at(const Axis& axis, const std::string& first);
 
 /// Columns for the axes of a table, without rows, and their values in one row.

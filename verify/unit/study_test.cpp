@@ -611,4 +611,16 @@ TEST_CASE("A rod in a flow is advised from physical numbers, each setting with w
   CHECK(soft["coupling_growth"] == 1.0);
   CHECK(ran(folder, "advise --error 0.1").code == 2);
   CHECK(ran(folder, rod + " --rod-length 1e-5").code == 2);
+
+  // What is advised runs as it is written.
+  for (const char* kind :
+       {"", " --young 10", " --young 1e6", " --amplitude 2e-3", " --young 10 --amplitude 2e-3"}) {
+    INFO("a rod" << kind);
+    REQUIRE(ran(folder, rod + kind + " --write reed.toml").code == 0);
+    const Ran done = ran(folder, "run reed.toml --out out --json --set run.steps=2");
+    CHECK(done.err == "");
+    REQUIRE(done.code == 0);
+    const Json metrics = Json::parse(done.out)[0]["metrics"];
+    CHECK_THAT(metrics.dump(), ContainsSubstring("forces.rod_fluid_z.last"));
+  }
 }
