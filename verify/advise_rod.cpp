@@ -16,6 +16,7 @@
 #include "engine/result.hpp"
 #include "engine/symbols.hpp"
 #include "io/hdf5.hpp"
+#include "measures/solid/beam_section.hpp"
 #include "scene/coupling_stability.hpp"
 #include "scene/markers.hpp"
 #include "solid/modes.hpp"
@@ -156,20 +157,17 @@ std::optional<Filament> filament_for(double error, const fs::path& results) {
                   length / (2.0 * solid.number("radius"))};
 }
 
-/// In the middle of a box, along y.
-scene::Body rod_of(const Section& section, std::int64_t sections, const engine::Told::Body& told,
-                   const Grid& box) {
+/// Along y.
+scene::Body rod_of(const Section& section, std::int64_t sections, double modulus, double node_mass,
+                   const Vec3& place) {
   solid::Network network = solid::rod_lattice({section.radius, sections, 1.0});
   solid::add_angles(network);
   network.rest = scene::turned(network.rest, 1);
   network.vectors = scene::turned(network.vectors, 1);
-  scene::Body body{{bond::Harmonic{told.young_modulus, 1.0}, angle_over_bond * told.young_modulus},
-                   std::move(network)};
+  scene::Body body{{bond::Harmonic{modulus, 1.0}, angle_over_bond * modulus}, std::move(network)};
   body.axis = 1;
-  body.conditions.node_mass = told.density;
-  for (int axis = 0; axis < 3; ++axis)
-    body.place[axis] = 0.5 * static_cast<double>(box.size[static_cast<std::size_t>(axis)]);
-  body.place[1] -= 0.5 * static_cast<double>(sections - 1);
+  body.conditions.node_mass = node_mass;
+  body.place = place;
   body.coupling.emplace();
   body.coupling->delta = row_named(coupling::deltas, section.delta).value;
   body.coupling->forcing_iterations = section.iterations;
@@ -195,6 +193,7 @@ struct Found {
   Section section;
   engine::Lattice lattice;
   double length = 0.0, amplitude = 0.0;  // [spacings]
+  Vec3 place = Vec3::Zero();             // of the rod's first section
   std::int64_t steps = 0;
   fluid::Spec fluid{};
   std::optional<scene::Body> body{};
@@ -254,13 +253,16 @@ Found resolved(const RodInFlow& rod, double error, const fs::path& results) {
   return found;
 }
 
-/// The box, and what the fluid is stored as.
-void choose_box(double error, const fs::path& results, Found& found) {
+/// The box, and what the fluid is stored as. A family of driven filaments says nothing of a stream, in which
+/// a rod may also bend as far as it is long.
+void choose_box(const RodInFlow& rod, double error, const fs::path& results, Found& found) {
   const double radius = found.section.radius, length = found.length;
+  const bool is_driven = rod.amplitude > 0.0;
   const std::optional<Filament> filament = filament_for(box_share * error, results);
   // Across, along and in the plane of the motion.
-  std::array<double, 3> wide{20.0 * radius, 2.0 * length, 20.0 * radius + 2.0 * found.amplitude};
-  if (filament) {
+  std::array<double, 3> wide{20.0 * radius, 2.0 * length,
+                             20.0 * radius + (is_driven ? 2.0 * found.amplitude : length)};
+  if (filament && is_driven) {
     for (std::size_t axis = 0; axis < 3; ++axis) wide[axis] = filament->box[axis] * length;
   }
   std::array<std::int64_t, 3> box{};
@@ -269,22 +271,40 @@ void choose_box(double error, const fs::path& results, Found& found) {
     box[axis] = static_cast<std::int64_t>(std::ceil(wide[axis] / static_cast<double>(multiple))) * multiple;
   }
   found.fluid = {.grid = {box}, .relaxation_time = *found.lattice.told.relaxation_time};
+  if (!is_driven) {
+    auto& along = found.fluid.walls[2].emplace();
+    along.openings = {fluid::Inflow{{0.0, 0.0, *found.lattice.told.speed}}, fluid::Outflow{}};
+  }
+  found.place = {0.5 * static_cast<double>(box[0]), 0.5 * static_cast<double>(box[1] - found.sections() + 1),
+                 is_driven ? 0.5 * static_cast<double>(box[2]) : 10.0 * radius};
   const std::string nodes = fmt::format("fluid.nodes=[{}]", fmt::join(box, ", "));
-  if (!filament) {
-    found.add(nodes, fmt::format("not known: a guess without a result of {} in {}", filament_study,
-                                 results.string()));
-    found.add("fluid.storage=\"double\"", "not known, and safe");
+  if (filament && is_driven) {
+    found.add(nodes,
+              fmt::format("{}: the line to {:.2g}, of a rod of {:.3g} diameters, here {:.3g}", filament_study,
+                          filament->box_error, filament->slenderness, length / (2.0 * radius)));
+    found.add_error(filament->box_error, "box");
+  } else {
+    found.add(nodes, is_driven ? fmt::format("not known: a guess without a result of {} in {}",
+                                             filament_study, results.string())
+                               : "not known: a guess, with room for a rod that lies down");
     found.advice.errors.push_back("box: not known");
+  }
+  if (!filament) {
+    found.add("fluid.storage=\"double\"", "not known, and safe");
     return;
   }
-  found.add(nodes,
-            fmt::format("{}: the line to {:.2g}, of a rod of {:.3g} diameters, here {:.3g}", filament_study,
-                        filament->box_error, filament->slenderness, length / (2.0 * radius)));
   if (filament->storage_error <= 0.1 * error) found.fluid.storage = fluid::Storage::Float;
   found.add(
       fmt::format("fluid.storage=\"{}\"", found.fluid.storage == fluid::Storage::Float ? "float" : "double"),
       fmt::format("{}: float moves the line by {:.1g}", filament_study, filament->storage_error));
-  found.add_error(filament->box_error, "box");
+}
+
+/// By how much a rod of the lattice is stiffer in bending than a round one of its modulus and radius.
+double stiffer_in_bending(double radius) {
+  const solid::Material material{bond::Harmonic{1.0, 1.0}, angle_over_bond};
+  const scene::SolidSpec spec{.shape = solid::Rod{radius, 2, 1.0}, .angle_stiffness = angle_over_bond};
+  return measures::section_of(material, spec, 1.0).bending() /
+         (0.25 * std::numbers::pi * std::pow(radius, 4));
 }
 
 /// What an elastic rod is made of and how it is stepped, found with a few of its sections.
@@ -294,10 +314,14 @@ void choose_body(Found& found) {
   const auto across = static_cast<std::int64_t>(std::ceil(2.0 * found.section.radius)) + 12;
   const fluid::Spec around{.grid = {{across, few + 8, across}},
                            .relaxation_time = found.fluid.relaxation_time};
-  scene::Body body = rod_of(found.section, few, told, around.grid);
+  const double stiffer = stiffer_in_bending(found.section.radius), modulus = told.young_modulus / stiffer;
+  const Vec3 middle(0.5 * static_cast<double>(across), 4.0, 0.5 * static_cast<double>(across));
+  scene::Body body = rod_of(found.section, few, modulus, told.density, middle);
   found.add(fmt::format("body.0.bond={{ law = \"harmonic\", bond_stiffness = {}, rest_length = 1.0 }}",
-                        io::toml_text(told.young_modulus)),
-            "E = k/r0 of the lattice");
+                        io::toml_text(modulus)),
+            fmt::format("E = k/r0 of the lattice, over {:.3g}: so much stiffer it bends than a round rod "
+                        "(beam-rod-harmonic)",
+                        stiffer));
   found.add(fmt::format("body.0.angle={{ stiffness = {} }}", io::toml_text(body.material.angle_stiffness)),
             "k_a/(k r0^2) as in the paper: no law fixes it");
   found.add(fmt::format("body.0.node_mass={}", io::toml_text(told.density)), "density ratio");
@@ -310,8 +334,7 @@ void choose_body(Found& found) {
               fmt::format("otherwise more than {} sub-steps (stiff-filament)", most_substeps));
   }
   found.advice.coupling_growth = scene::coupling_growth(around, body).factor;
-  found.advice.errors.push_back("bending of so few nodes across: not known (driver beam)");
-  found.body = rod_of(found.section, found.sections(), told, found.fluid.grid);
+  found.body = rod_of(found.section, found.sections(), modulus, told.density, found.place);
   found.body->substeps = body.substeps;
   found.body->scheme = body.scheme;
 }
@@ -328,7 +351,6 @@ std::string written(const RodInFlow& rod, double error, const Found& found) {
   };
   const double speed = *found.lattice.told.speed;
   const bool is_driven = rod.amplitude > 0.0, is_elastic = rod.flow.young_modulus.has_value();
-  const std::array<std::int64_t, 3>& box = found.fluid.grid.size;
   std::string text = fmt::format(
       "title = \"A rod {}, with the settings that are advised for an error of {:.3g}\"\n"
       "question = \"What does the fluid do to the rod?\"\n"
@@ -346,8 +368,7 @@ std::string written(const RodInFlow& rod, double error, const Found& found) {
   text += fmt::format(
       "\n[[body]]\nname = \"rod\"\nshape = {{ rod = {{ radius = {}, sections = {} }} }}\naxis = \"y\"\n"
       "place = [{:.1f}, {:.1f}, {:.1f}]\n",
-      io::toml_text(found.section.radius), found.sections(), 0.5 * static_cast<double>(box[0]),
-      0.5 * static_cast<double>(box[1] - found.sections() + 1), 0.5 * static_cast<double>(box[2]));
+      io::toml_text(found.section.radius), found.sections(), found.place[0], found.place[1], found.place[2]);
   for (const char* key : {"body.0.bond", "body.0.angle", "body.0.node_mass", "body.0.substeps",
                           "body.0.integrator", "body.0.coupling"})
     text += setting(key);
@@ -384,14 +405,14 @@ void price(const RodInFlow& rod, int threads, Found& found) {
   found.advice.memory = 0.0;
   for (const scene::Built& built : scene::plan_scene(scene).built) *found.advice.memory += built.memory_bytes;
   if (const auto work = scene::expected_work(scene, found.steps))
-    found.advice.seconds = engine::seconds_of(*work, engine::rates(threads));
+    found.advice.seconds = engine::seconds_of(*work, engine::rates_for(*work, threads));
 }
 
 }  // namespace
 
 RodAdvice advise_rod(const RodInFlow& rod, double error, const fs::path& results, int threads) {
   Found found = resolved(rod, error, results);
-  choose_box(error, results, found);
+  choose_box(rod, error, results, found);
   if (rod.flow.young_modulus) choose_body(found);
   price(rod, threads, found);
   found.advice.scene = written(rod, error, found);

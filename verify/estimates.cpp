@@ -34,7 +34,7 @@ std::optional<double> took(const std::string& id, const Options& options) {
 std::optional<double> seconds_of_run(const engine::Study& run, int threads) {
   if (!run.expects) return std::nullopt;
   const std::optional<scene::ExpectedWork> work = run.expects();
-  return work ? std::optional(engine::seconds_of(*work, engine::rates(threads))) : std::nullopt;
+  return work ? std::optional(engine::seconds_of(*work, engine::rates_for(*work, threads))) : std::nullopt;
 }
 
 // Of all rows: side by side with a thread each, or one after another with all threads, for a time again and

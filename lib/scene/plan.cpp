@@ -388,7 +388,11 @@ std::optional<ExpectedWork> expected_work(const Scene& scene, std::int64_t steps
     }
     if (body.motion) continue;
     if (body.substeps.safety > 0.0 || body.scheme != solid::Scheme::LeapFrog) return std::nullopt;
-    if (scene.fluid && body.coupling) work.checked_nodes += static_cast<double>(body.network.node_count());
+    if (scene.fluid && body.coupling) {
+      const auto nodes = static_cast<double>(body.network.node_count());
+      (body.coupling->subcycled ? work.checked_substeps : work.checked_nodes) +=
+          body.coupling->subcycled ? nodes * body.substeps.count : nodes;
+    }
     const std::uint64_t evaluations = 1 + times * static_cast<std::uint64_t>(body.substeps.count);
     work.counts.bond_evaluations += evaluations * body.network.bonds.size();
     work.counts.angle_evaluations += evaluations * body.network.angles.size();

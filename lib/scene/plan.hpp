@@ -73,8 +73,9 @@ Plan plan_scene(const Scene& scene);
 /// What steps of a scene will do, from which their time can be estimated.
 struct ExpectedWork {
   std::optional<fluid::Spec> fluid;
-  work::Counts counts;         // bytes_moved are not among them
-  double checked_nodes = 0.0;  // of bodies whose coupling is looked at before the first step
+  work::Counts counts;            // bytes_moved are not among them
+  double checked_nodes = 0.0;     // of bodies whose coupling is looked at before the first step, and
+  double checked_substeps = 0.0;  // nodes times sub-steps of those whose force follows the sub-steps
 };
 
 /// Nothing where the number of sub-steps is only known at run time.

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <filesystem>
+#include <functional>
 #include <nlohmann/json.hpp>
 
 #include "engine/result.hpp"
@@ -52,9 +53,9 @@ double seconds_of_a_step(const scene::Scene& scene, std::int64_t at_once = 1) {
   return least;
 }
 
-scene::Body filament(double angle_stiffness) {
+scene::Body filament(double angle_stiffness, std::int64_t sections = 41) {
   scene::Body body{.material = {bond::Harmonic{0.26, 1.0}, angle_stiffness},
-                   .network = solid::rod_lattice({2.5, 41, 1.0})};
+                   .network = solid::rod_lattice({2.5, sections, 1.0})};
   if (angle_stiffness > 0.0) solid::add_angles(body.network);
   body.substeps.count = 4;
   body.place = {16.0, 16.0, 6.0};
@@ -86,23 +87,37 @@ Rates measured(int threads) {
   rates.bonds = 4.0 * static_cast<double>(bare.network.bonds.size()) / of_bonds;
   rates.angles = 4.0 * static_cast<double>(body.network.angles.size()) / std::max(of_body - of_bonds, 1e-12);
 
-  scene::Scene coupled{.fluid = fluid::Spec{.grid = {{32, 32, 56}}, .relaxation_time = 0.9},
-                       .bodies = {body}};
-  const double of_fluid = seconds_of_a_step({.fluid = coupled.fluid});
-  coupled.bodies[0].coupling.emplace();
-  const auto markers = static_cast<double>(expected_work(coupled, 1)->counts.marker_interpolations);
-  rates.markers = markers / std::max(seconds_of_a_step(coupled) - of_fluid - of_body, 1e-12);
-  const auto start = std::chrono::steady_clock::now();
-  scene::coupling_growth(*coupled.fluid, coupled.bodies[0]);
-  rates.checked_nodes = static_cast<double>(body.network.node_count()) /
-                        std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  for (std::size_t r = 0; r < 2; ++r) {
+    scene::Scene coupled{.fluid = fluid::Spec{.grid = {{32, 32, 56}},
+                                              .relaxation_time = r == 0 ? 0.9 : 1.0,
+                                              .representation = representations[r]},
+                         .bodies = {body}};
+    const double of_fluid = seconds_of_a_step({.fluid = coupled.fluid});
+    coupled.bodies[0].coupling.emplace();
+    const auto markers = static_cast<double>(expected_work(coupled, 1)->counts.marker_interpolations);
+    rates.markers[r] = markers / std::max(seconds_of_a_step(coupled) - of_fluid - of_body, 1e-12);
+  }
+  // A shorter one where the force follows the sub-steps, which takes twenty times as long.
+  for (const bool subcycled : {false, true}) {
+    scene::Body checked = filament(0.025, subcycled ? 11 : 41);
+    checked.coupling.emplace();
+    checked.coupling->subcycled = subcycled;
+    const auto nodes = static_cast<double>(checked.network.node_count());
+    const fluid::Spec around{.grid = {{32, 32, 56}}, .relaxation_time = 0.9};
+    const auto start = std::chrono::steady_clock::now();
+    scene::coupling_growth(around, checked);
+    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    (subcycled ? rates.checked_substeps : rates.checked_nodes) =
+        nodes * (subcycled ? checked.substeps.count : 1) / seconds;
+  }
   return rates;
 }
 
 /// One list, so that a file is read as it was written.
 std::vector<double*> values(Rates& rates) {
-  std::vector<double*> all{&rates.at_once[0], &rates.at_once[1], &rates.bonds,
-                           &rates.angles,     &rates.markers,    &rates.checked_nodes};
+  std::vector<double*> all{&rates.at_once[0],    &rates.at_once[1],      &rates.bonds,
+                           &rates.angles,        &rates.markers[0],      &rates.markers[1],
+                           &rates.checked_nodes, &rates.checked_substeps};
   for (auto& of_representation : rates.nodes) {
     for (auto& of_storage : of_representation) {
       for (double& rate : of_storage) all.push_back(&rate);
@@ -111,18 +126,14 @@ std::vector<double*> values(Rates& rates) {
   return all;
 }
 
-std::optional<Rates> kept(const fs::path& file) {
+// Nothing where there are not so many positive numbers.
+std::optional<std::vector<double>> kept(const fs::path& file, std::size_t count) {
   try {
-    const std::vector<double> numbers = Json::parse(io::read_file(file)).get<std::vector<double>>();
-    Rates rates;
-    const std::vector<double*> all = values(rates);
-    if (numbers.size() != all.size()) return std::nullopt;
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      if (!(numbers[i] > 0.0)) return std::nullopt;
-      *all[i] = numbers[i];
-    }
-    return rates;
-  } catch (const std::exception&) {  // there is none, or it is no list of numbers: measured again
+    std::vector<double> numbers = Json::parse(io::read_file(file)).get<std::vector<double>>();
+    const bool are_rates = numbers.size() == count &&
+                           std::all_of(numbers.begin(), numbers.end(), [](double n) { return n > 0.0; });
+    return are_rates ? std::optional(std::move(numbers)) : std::nullopt;
+  } catch (const std::exception&) {  // there is none, or it is no list of numbers
     return std::nullopt;
   }
 }
@@ -137,42 +148,94 @@ fs::path cache_folder() {
   return set("HOME").empty() ? fs::path() : set("HOME") / ".cache" / "veriflex";
 }
 
-// Whether the fluid makes several steps in one call.
-bool is_made_at_once(const scene::ExpectedWork& work) {
-  const bool is_alone = work.counts.bond_evaluations == 0 && work.counts.marker_interpolations == 0;
-  return is_alone && fluid::is_made_row_by_row(*work.fluid) &&
-         fluid::representation_of(*work.fluid) == fluid::Representation::Populations;
+bool has_moments(const scene::ExpectedWork& work) {
+  return work.fluid && fluid::representation_of(*work.fluid) == fluid::Representation::Moments;
 }
 
-}  // namespace
+// Whether the fluid makes several steps in one call, beside a body too.
+bool is_made_at_once(const scene::ExpectedWork& work) {
+  return fluid::is_made_row_by_row(*work.fluid) && !has_moments(work);
+}
 
-Rates rates(int threads) {
+fs::path file_of(const std::string& what, int threads) {
   const fs::path cache = cache_folder();
+  if (cache.empty()) return {};
   const std::string machine = io::sha256(provenance(threads).machine + program()).substr(0, 16);
-  const fs::path file = cache / fmt::format("rates-{}-{}.json", machine, threads);
-  if (!cache.empty()) {
-    if (const std::optional<Rates> known = kept(file)) return *known;
+  return cache / fmt::format("{}-{}-{}.json", what, machine, threads);
+}
+
+// Numbers that are measured once and kept in that file, unless it has no name.
+std::vector<double> kept_or(const fs::path& file, std::size_t count,
+                            const std::function<std::vector<double>()>& measure) {
+  if (!file.empty()) {
+    if (const auto known = kept(file, count)) return *known;
   }
-  Rates now = measured(threads);
-  if (cache.empty()) return now;
+  std::vector<double> now = measure();
+  if (file.empty()) return now;
   try {
-    Json numbers;
-    for (const double* value : values(now)) numbers.push_back(*value);
-    fs::create_directories(cache);
-    io::write_file(file, numbers.dump(1) + "\n");
+    fs::create_directories(file.parent_path());
+    io::write_file(file, Json(now).dump(1) + "\n");
   } catch (const std::exception&) {
     // It is measured again next time.
   }
   return now;
 }
 
+// The box of that work, cut off along z where it is larger than a cache can hold many times over. An obstacle
+// is left out: only that steps are made one by one with it counts.
+double rate_of_box(const scene::ExpectedWork& work, int threads) {
+  constexpr std::int64_t most_nodes = 1 << 21;
+  fluid::Spec spec = *work.fluid;
+  auto& size = spec.grid.size;
+  size[2] = std::min(size[2], std::max<std::int64_t>(8, most_nodes / (size[0] * size[1])));
+  spec.obstacle.clear();
+  std::string name = fmt::format(
+      "{}x{}x{}-{}-{}-{}", size[0], size[1], size[2], has_moments(work) ? "moments" : "populations",
+      spec.storage == fluid::Storage::Float ? "float" : "double", spec.is_forced() ? "forced" : "free");
+  for (const auto& walls : spec.walls) name += walls ? "-walls" : "-periodic";
+  return kept_or(file_of(name, threads), 1,
+                 [&] {
+                   omp_set_num_threads(threads);
+                   const std::int64_t at_once =
+                       is_made_at_once(work) ? fluid::make_fluid(spec)->steps_at_once() : 1;
+                   return std::vector{static_cast<double>(spec.grid.count()) /
+                                      seconds_of_a_step({.fluid = spec}, at_once)};
+                 })
+      .front();
+}
+
+}  // namespace
+
+Rates rates(int threads) {
+  Rates found;
+  const std::vector<double*> all = values(found);
+  const std::vector<double> numbers = kept_or(file_of("rates", threads), all.size(), [&] {
+    Rates now = measured(threads);
+    std::vector<double> list;
+    for (const double* value : values(now)) list.push_back(*value);
+    return list;
+  });
+  for (std::size_t i = 0; i < all.size(); ++i) *all[i] = numbers[i];
+  return found;
+}
+
+Rates rates_for(const scene::ExpectedWork& work, int threads) {
+  constexpr double worth_measuring = 1.0;  // [s]
+  Rates found = rates(threads);
+  scene::ExpectedWork of_fluid{.fluid = work.fluid, .counts = {}};
+  of_fluid.counts.node_updates = work.counts.node_updates;
+  if (work.fluid && seconds_of(of_fluid, found) >= worth_measuring) found.of_box = rate_of_box(work, threads);
+  return found;
+}
+
 double seconds_of(const scene::ExpectedWork& work, const Rates& rates) {
   const auto count = [](std::uint64_t n) { return static_cast<double>(n); };
   double seconds = count(work.counts.bond_evaluations) / rates.bonds +
                    count(work.counts.angle_evaluations) / rates.angles +
-                   count(work.counts.marker_interpolations) / rates.markers +
-                   work.checked_nodes / rates.checked_nodes;
+                   count(work.counts.marker_interpolations) / rates.markers[has_moments(work)] +
+                   work.checked_nodes / rates.checked_nodes + work.checked_substeps / rates.checked_substeps;
   if (!work.fluid) return seconds;
+  if (rates.of_box) return seconds + count(work.counts.node_updates) / *rates.of_box;
   auto by_size = rates.nodes[fluid::representation_of(*work.fluid) == fluid::Representation::Moments]
                             [work.fluid->storage == fluid::Storage::Float];
   if (is_made_at_once(work)) by_size[1] = rates.at_once[work.fluid->storage == fluid::Storage::Float];

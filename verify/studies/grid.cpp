@@ -81,9 +81,10 @@ Axis read_axis(const io::Table& table) {
 }  // namespace
 
 double as_even(double value, double below, double above) {
-  double multiple = 16.0;
+  double shared = 32.0;
   for (const double beside : {below, above})
-    while (multiple > 1.0 && std::fmod(beside, 2.0 * multiple) != 0.0) multiple /= 2.0;
+    while (shared > 1.0 && std::fmod(beside, shared) != 0.0) shared /= 2.0;
+  const double multiple = std::max(0.5 * shared, std::min(shared, 4.0));
   return std::max(multiple, multiple * std::round(value / multiple));
 }
 

@@ -242,6 +242,8 @@ TEST_CASE("Whole numbers between rows are as even as half of what the rows share
   CHECK(as_even(39.0, 32.0, 48.0) == 40.0);
   CHECK(as_even(19.0, 16.0, 24.0) == 20.0);
   CHECK(as_even(11.0, 10.0, 15.0) == 11.0);
+  CHECK(as_even(10.0, 8.0, 12.0) == 12.0);
+  CHECK(as_even(15.0, 10.0, 18.0) == 16.0);
   CHECK(as_even(1.0, 64.0, 96.0) == 16.0);
   CHECK(as_even(130.0, 64.0, 96.0) == 128.0);
 }

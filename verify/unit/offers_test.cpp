@@ -70,19 +70,53 @@ TEST_CASE("What a run will take is its work over the rates") {
   }
   rates.bonds = 100.0;
   rates.angles = 50.0;
-  rates.markers = 10.0;
+  rates.markers = {10.0, 20.0};
   rates.checked_nodes = 5.0;
+  rates.checked_substeps = 4.0;
   scene::ExpectedWork work{{}, {}, 0.0};
   work.counts.bond_evaluations = 100;
   work.counts.angle_evaluations = 100;
   work.counts.marker_interpolations = 10;
   work.checked_nodes = 5.0;
-  CHECK(engine::seconds_of(work, rates) == Approx(1.0 + 2.0 + 1.0 + 1.0));
+  work.checked_substeps = 12.0;
+  CHECK(engine::seconds_of(work, rates) == Approx(1.0 + 2.0 + 1.0 + 1.0 + 3.0));
   work.fluid = fluid::Spec{.grid = {{200, 200, 200}}, .relaxation_time = 1.0};
   work.counts.node_updates = 8'000'000;
-  CHECK(engine::seconds_of(work, rates) == Approx(13.0));
+  CHECK(engine::seconds_of(work, rates) == Approx(7.5 + 8.0));  // markers meet moments in half of the time
   work.fluid->grid.size = {10, 10, 10};
-  CHECK(engine::seconds_of(work, rates) == Approx(9.0));
+  CHECK(engine::seconds_of(work, rates) == Approx(7.5 + 4.0));
+  rates.of_box = 8e6;
+  CHECK(engine::seconds_of(work, rates) == Approx(7.5 + 1.0));
+}
+
+TEST_CASE("Populations make many steps at once beside a body too, but not around an obstacle") {
+  engine::Rates rates;
+  for (auto& of_representation : rates.nodes) {
+    for (auto& of_storage : of_representation) of_storage = {1e6, 1e6};
+  }
+  rates.at_once = {4e6, 8e6};
+  rates.bonds = rates.markers[0] = 1e12;
+  scene::ExpectedWork work{.fluid = fluid::Spec{.grid = {{200, 200, 200}}, .relaxation_time = 0.9},
+                           .counts = {}};
+  work.counts.node_updates = 8'000'000;
+  work.counts.bond_evaluations = work.counts.marker_interpolations = 1;
+  rates.angles = rates.checked_nodes = rates.checked_substeps = 1.0;
+  CHECK(engine::seconds_of(work, rates) == Approx(2.0));
+  work.fluid->storage = fluid::Storage::Float;
+  CHECK(engine::seconds_of(work, rates) == Approx(1.0));
+  work.fluid->obstacle = {7};
+  CHECK(engine::seconds_of(work, rates) == Approx(8.0));
+}
+
+TEST_CASE("A coupling whose force follows the sub-steps is checked as many times as there are") {
+  scene::Scene scene = rod_in_box(3, 1.2);
+  scene.bodies[0].coupling->subcycled = false;
+  const auto nodes = static_cast<double>(scene.bodies[0].network.node_count());
+  CHECK(scene::expected_work(scene, 5)->checked_nodes == nodes);
+  CHECK(scene::expected_work(scene, 5)->checked_substeps == 0.0);
+  scene.bodies[0].coupling->subcycled = true;
+  CHECK(scene::expected_work(scene, 5)->checked_nodes == 0.0);
+  CHECK(scene::expected_work(scene, 5)->checked_substeps == 3.0 * nodes);
 }
 
 TEST_CASE("A scene's expected work is what its steps do") {

@@ -131,6 +131,7 @@ scene::ExpectedWork expected_work(const Stroke& stroke, std::int64_t runs) {
   scene::ExpectedWork work =
       *scene::expected_work({.fluid = stroke.fluid, .bodies = {body_of(stroke)}}, runs * steps);
   work.checked_nodes *= static_cast<double>(runs);
+  work.checked_substeps *= static_cast<double>(runs);
   return work;
 }
 
