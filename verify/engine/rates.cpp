@@ -32,7 +32,8 @@ constexpr std::array storages{fluid::Storage::Double, fluid::Storage::Float};
 
 /// Seconds of a step, of so many that are made in one call: the least of some measurements, since whatever
 /// disturbs one makes it longer.
-double seconds_of_a_step(const scene::Scene& scene, std::int64_t at_once = 1) {
+double seconds_of_a_step(const scene::Scene& scene, std::int64_t at_once = 1,
+                         double at_least = least_seconds) {
   scene::Simulation simulation(scene);
   const auto advance = [&] {
     for (std::int64_t made = 0; made < std::max<std::int64_t>(4, at_once); made += at_once)
@@ -44,7 +45,7 @@ double seconds_of_a_step(const scene::Scene& scene, std::int64_t at_once = 1) {
     const auto start = std::chrono::steady_clock::now();
     double spent = 0.0;
     const std::int64_t first = simulation.steps();
-    while (spent < least_seconds / 3.0) {
+    while (spent < at_least / 3.0) {
       advance();
       spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
     }
@@ -99,7 +100,7 @@ Rates measured(int threads) {
   }
   // A shorter one where the force follows the sub-steps, which takes twenty times as long.
   for (const bool subcycled : {false, true}) {
-    scene::Body checked = filament(0.025, subcycled ? 11 : 41);
+    scene::Body checked = filament(0.025, subcycled ? 11 : 51);
     checked.coupling.emplace();
     checked.coupling->subcycled = subcycled;
     const auto nodes = static_cast<double>(checked.network.node_count());
@@ -199,7 +200,7 @@ double rate_of_box(const scene::ExpectedWork& work, int threads) {
                    const std::int64_t at_once =
                        is_made_at_once(work) ? fluid::make_fluid(spec)->steps_at_once() : 1;
                    return std::vector{static_cast<double>(spec.grid.count()) /
-                                      seconds_of_a_step({.fluid = spec}, at_once)};
+                                      seconds_of_a_step({.fluid = spec}, at_once, 0.06)};
                  })
       .front();
 }
@@ -220,7 +221,7 @@ Rates rates(int threads) {
 }
 
 Rates rates_for(const scene::ExpectedWork& work, int threads) {
-  constexpr double worth_measuring = 1.0;  // [s]
+  constexpr double worth_measuring = 0.25;  // [s]
   Rates found = rates(threads);
   scene::ExpectedWork of_fluid{.fluid = work.fluid, .counts = {}};
   of_fluid.counts.node_updates = work.counts.node_updates;

@@ -28,8 +28,8 @@ struct Rates {
 Rates rates(int threads);
 
 /// The same with the rate of the work's own box, or of a part of it that no cache holds, where that work
-/// would take a second or more: the length of its rows, their vectors and its caches make up to a factor of
-/// two. Measured in half a second at most, and kept as the others.
+/// would take a quarter of a second or more: the length of its rows, their vectors and its caches make up to
+/// a factor of two. Measured in half a second at most, and kept as the others.
 Rates rates_for(const scene::ExpectedWork& work, int threads);
 
 /// What that work will take  [s].
