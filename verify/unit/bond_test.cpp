@@ -222,6 +222,43 @@ TEST_CASE("Validity ranges: every strain inside keeps the tolerance, the next ou
   }
 }
 
+TEST_CASE("A validity range ends at the first departure, also of a law whose ratio comes back") {
+  // Lennard-Jones softens these bonds, FENE stiffens them again: the tangent, or the secant, comes back into
+  // its tolerance before it leaves it for good.
+  for (const AnyLaw& law : {fene_lj(1.0, 1.0, 25.0, 1.18, infinity), fene_lj(1.0, 1.0, 58.0, 2.45, infinity),
+                            fene_lj(1.0, 1.0, 1.0, 1.16, infinity), fene_lj(1.0, 1.0, 27.0, 2.22, 1.27)}) {
+    const Derivation d = derive(law);
+    int come_back = 0;
+    for (const Validity& v : d.validity) {
+      const auto secant_error = [&](double strain) {
+        return std::abs(tension(law, d.rest_length * (1.0 + strain)) / (d.force_per_strain * strain) - 1.0);
+      };
+      const auto tangent_error = [&](double strain) {
+        return std::abs(stiffness(law, d.rest_length * (1.0 + strain)) / d.stiffness - 1.0);
+      };
+      INFO("fene_k " << parameters_of(law)[2].value << ", tolerance " << v.tolerance);
+      const auto inside = [&](const Interval& range, const Function& error) {
+        CHECK(range.lo > -1.0);
+        CHECK(range.hi < *d.strain_at_r_max);
+        for (const double end : {range.lo, range.hi}) {
+          double largest = 0.0;
+          for (int i = 1; i < 1000; ++i) largest = std::max(largest, error(0.001 * i * end));
+          CHECK(largest < v.tolerance);
+        }
+        bool left = false, back = false;
+        for (double strain = range.hi; strain < *d.strain_at_r_max; strain += 1e-3) {
+          left = left || error(strain) > v.tolerance;
+          back = back || (left && error(strain) < v.tolerance);
+        }
+        come_back += back ? 1 : 0;
+      };
+      inside(v.secant, secant_error);
+      inside(v.tangent, tangent_error);
+    }
+    CHECK(come_back > 0);
+  }
+}
+
 TEST_CASE("A harmonic bond is linear without limit, its lower end a bond of no length") {
   const Derivation d = derive(Harmonic{0.26, 1.0});
   CHECK(d.rest_length == 1.0);

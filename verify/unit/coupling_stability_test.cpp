@@ -298,6 +298,29 @@ TEST_CASE("A rod whose force follows the sub-steps neither grows nor seems to") 
   CHECK(growth.resolution < 0.004);
 }
 
+TEST_CASE(
+    "A body under stress may leave its place slowly by itself, which bounds what is seen of its growth") {
+  // A bond that is too short by the part e pushes its free end aside, with the stiffness - k e.
+  const auto under_stress = [](double e) {
+    scene::Body body = one_node(0.26, 1.3, 2);
+    body.material = {bond::Harmonic{0.26, 1.0 + e}, 0.0};
+    body.conditions.fixed(1, 0) = false;
+    return body;
+  };
+  for (const double e : {1e-9, 1e-7, 1e-5, 1e-4}) {
+    const scene::CoupledStep step(box, under_stress(e), scene::FluidMemory::Keeps);
+    const auto growth = scene::AlternatingGrowth::of(step, scene::scales_of(step));
+    REQUIRE(growth.has_value());
+    const double own = std::sqrt(0.26 * e / 1.3);
+    INFO("e = " << e << ", by itself it grows by " << own);
+    CHECK(growth->own_growth() >= std::max(own, scene::growth_resolution));
+    CHECK(growth->own_growth() <= std::max(2.0 * own, scene::growth_resolution));
+    CHECK(scene::large_growth(step).resolution == growth->own_growth());
+  }
+  const scene::CoupledStep fast(box, under_stress(1e-2), scene::FluidMemory::Keeps);
+  CHECK_FALSE(scene::AlternatingGrowth::of(fast, scene::scales_of(fast)).has_value());
+}
+
 TEST_CASE("A weaker exchange is as stable as a strong one") {
   for (const double volume : {0.5, 0.6, 1.0}) {
     scene::Body weak = rod(6, 1.0, 4);

@@ -18,6 +18,13 @@ TEST_CASE("A root at an end of the bracket counts") {
   CHECK(bracketed_root([](double x) { return x - 2.0; }, 1.0, 2.0) == 2.0);
 }
 
+TEST_CASE("A first step that bisects is not taken for a search that stalls") {
+  // Values of one size at both ends: Brent's first step is the middle, where the search stood before, and
+  // moves one end of the bracket only.
+  CHECK(bracketed_root([](double x) { return x * x - 2.5; }, 1.0, 2.0) ==
+        Approx(std::sqrt(2.5)).epsilon(1e-15));
+}
+
 TEST_CASE("A bracket without a change of sign is refused") {
   CHECK_THROWS_AS(bracketed_root([](double x) { return x * x + 1.0; }, -1.0, 1.0), NumericalFailure);
 }
