@@ -10,6 +10,7 @@
 #include "advisers.hpp"
 #include "base/error.hpp"
 #include "base/say.hpp"
+#include "engine/only.hpp"
 #include "engine/result.hpp"
 #include "engine/symbols.hpp"
 #include "exit_code.hpp"
@@ -118,7 +119,8 @@ int advise_command(const AdviseOptions& o) {
       rows, {.error = o.error, .budget = o.budget > 0.0 ? std::optional(o.budget) : std::nullopt});
   const std::string machine = file.attribute("/provenance", "machine");
   const std::string id = file.attribute("/", "case_id");
-  const io::Table stored = engine::parse_case(file.texts("/case").front(), "the stored case");
+  const io::Table stored =
+      engine::parse_case(engine::only(file.texts("/case"), path, "/case"), "the stored case");
   const Full full = full_setting(found.setting, own_axes(stored, file));
   if (o.json) {
     print_json(Json{

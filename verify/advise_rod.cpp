@@ -12,6 +12,7 @@
 #include "advisers.hpp"
 #include "base/error.hpp"
 #include "bond/harmonic.hpp"
+#include "engine/only.hpp"
 #include "engine/rates.hpp"
 #include "engine/result.hpp"
 #include "engine/symbols.hpp"
@@ -118,7 +119,8 @@ std::optional<Filament> filament_for(double error, const fs::path& results) {
   if (!fs::is_regular_file(path, unknown)) return std::nullopt;
   const io::Hdf5File file(path);
   if (file.attribute("/", "outcome") != "completed") return std::nullopt;
-  const io::Table top = engine::parse_case(file.texts("/case").front(), path.string());
+  const io::Table top =
+      engine::parse_case(engine::only(file.texts("/case"), path.string(), "/case"), path.string());
   const observe::Record sweep = engine::read_record(file, "sweep");
   const observe::Record front = engine::read_record(file, "sweep_front");
   const std::vector<double>& errors = sweep.find(front.columns.at(front.columns.size() - 2).name)->values;

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "engine/only.hpp"
 #include "engine/result.hpp"
 #include "engine/stored_result.hpp"
 #include "engine/symbols.hpp"
@@ -89,7 +90,8 @@ std::vector<Adviser> advisers_of(const io::Table& top, const fs::path& out) {
       const io::Hdf5File file(path);
       engine::read_record(file, "sweep_cost_front");
       const observe::Record sweep = engine::read_record(file, "sweep");
-      const io::Table theirs = engine::parse_case(file.texts("/case").front(), path.string());
+      const io::Table theirs =
+          engine::parse_case(engine::only(file.texts("/case"), path.string(), "/case"), path.string());
       std::set<std::string> swept;
       for (const observe::Column& axis : studies::axes_of(sweep)) swept.insert(axis.name);
       for (const studies::Axis& axis : own_axes(theirs, file))

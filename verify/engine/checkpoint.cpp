@@ -5,6 +5,7 @@
 
 #include "base/say.hpp"
 #include "engine/case.hpp"
+#include "engine/only.hpp"
 #include "engine/result.hpp"
 #include "io/file.hpp"
 
@@ -47,7 +48,7 @@ Checkpoints::Checkpoints(fs::path file, const Case& c, bool resume)
                      "Run without --resume to begin anew, which replaces it, or choose another --out");
   };
   if (found.integer("/", "schema") != schema) refuse("it was written by another version of this program");
-  const std::string text = found.texts("/case").front();
+  const std::string text = only(found.texts("/case"), file_.string(), "/case");
   if (text != text_) {
     refuse(fmt::format("the case file has changed since, from line {} on", first_difference(text, text_)));
   }
@@ -65,7 +66,8 @@ Checkpoints::Checkpoints(fs::path file, const Case& c, bool resume)
 void Checkpoints::resumed(std::int64_t step, Cost& cost) {
   const work::Counts now = work::done();
   const auto earlier = [&](const char* name) {
-    return earlier_->numbers(fmt::format("/so_far/{}", name)).front();
+    const std::string at = fmt::format("/so_far/{}", name);
+    return only(earlier_->numbers(at), file_.string(), at);
   };
   for (const work::Field& field : work::fields) {
     const auto then = static_cast<std::uint64_t>(earlier_->integer("/so_far", field.name));

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "engine/only.hpp"
 #include "engine/result.hpp"
 #include "io/hdf5.hpp"
 
@@ -144,7 +145,7 @@ StoredResult read_result(const fs::path& path) {
   r.topics = file.attribute_texts("/", "topics");
   r.warnings = file.attribute_texts("/", "warnings");
   r.overrides = file.attribute_texts("/case", "overrides");
-  r.case_text = file.texts("/case").front();
+  r.case_text = only(file.texts("/case"), path.string(), "/case");
   r.plan = read_plan(file, path);
   for (const std::string& name : file.names("/records")) r.records.push_back(read_record(file, name));
   r.metrics = read_metrics(file, path);

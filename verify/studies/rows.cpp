@@ -15,6 +15,7 @@
 #include "base/mutant.hpp"
 #include "base/stop.hpp"
 #include "engine/child.hpp"
+#include "engine/only.hpp"
 #include "engine/result.hpp"
 #include "io/hdf5.hpp"
 
@@ -52,7 +53,8 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, int repe
   const io::Hdf5File file(path);
   const std::string all = fmt::format("{}", fmt::join(all_settings(base, settings), ", "));
   const bool same =
-      file.texts("/case").front() == base.text && file.attribute("/", "variant") == all &&
+      engine::only(file.texts("/case"), path.string(), "/case") == base.text &&
+      file.attribute("/", "variant") == all &&
       (file.attribute("/provenance", "program") == engine::program() || planted(Mutant::rows_of_any_program));
   if (!same) return std::nullopt;
   Row row{

@@ -17,6 +17,7 @@
 #include "catch.hpp"
 #include "engine/baseline.hpp"
 #include "engine/result.hpp"
+#include "engine/stored_result.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 #include "measures/drivers.hpp"
@@ -483,6 +484,32 @@ TEST_CASE("A damaged result is found by its checksum before the HDF5 library see
   fs::create_symlink("nowhere", folder.path() / "link.h5");
   CHECK_THROWS_AS(io::Hdf5File(folder.path() / "link.h5"), InputError);
   CHECK_THROWS_AS(io::Hdf5File(folder.path()), InputError);
+}
+
+TEST_CASE("A result with its checksum that is not as its schema says is refused by name") {
+  // Nothing damages a file in this way: another program has written it.
+  const auto message = [](const std::vector<std::string>& case_texts) {
+    const Folder folder;
+    io::Hdf5Image image;
+    image.attribute("/", "schema", std::int64_t{2});
+    image.attribute("/", "findings", std::int64_t{0});
+    for (const char* name :
+         {"id", "case_id", "variant", "title", "equation", "driver", "tier", "verdict", "outcome"})
+      image.attribute("/", name, std::string("one"));
+    for (const char* name : {"topics", "warnings"}) image.attribute("/", name, std::vector<std::string>{});
+    image.texts("/case", case_texts);
+    image.attribute("/case", "overrides", std::vector<std::string>{});
+    io::write_file(folder.path() / "theirs.h5", image.bytes());
+    try {
+      read_result(folder.path() / "theirs.h5");
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("taken");
+  };
+  CHECK_THAT(message({}), ContainsSubstring("theirs.h5: 0 values in /case"));
+  CHECK_THAT(message({"one", "two"}), ContainsSubstring("theirs.h5: 2 values in /case"));
+  CHECK_THAT(message({"one"}), ContainsSubstring("no readable /plan/built/module"));
 }
 
 TEST_CASE("A file that is being written is not swept, what killed writers left is") {
