@@ -68,12 +68,12 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, int repe
     row.seen.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
   const std::vector<double> wall = file.numbers("/repeats/wall_seconds");
   if (row.outcome == "completed" && wall.size() != static_cast<std::size_t>(repeats)) return std::nullopt;
-  const std::string timed = wall.empty() ? "/timing" : "/repeats";
   const auto sum = [](const std::vector<double>& phases) {
     return std::accumulate(phases.begin(), phases.end(), 0.0);
   };
-  row.wall_seconds = sum(file.numbers(timed + "/wall_seconds"));
-  row.cpu_seconds = sum(file.numbers(timed + "/cpu_seconds"));
+  row.wall_seconds = wall.empty() ? sum(file.numbers("/timing/wall_seconds")) : wall.front();
+  row.cpu_seconds =
+      wall.empty() ? sum(file.numbers("/timing/cpu_seconds")) : file.numbers("/repeats/cpu_seconds").front();
   row.min_wall_seconds = row.max_wall_seconds = row.wall_seconds;
   for (const work::Field& field : work::fields) {
     row.work.*field.count = static_cast<std::uint64_t>(file.integer("/work", field.name));
