@@ -649,7 +649,7 @@ class Page(unittest.TestCase):
             write_result(Path(folder), "flows", "pass", driver="scene", records=records)
             page = page_of(folder)
         self.assertEqual(page.count('class="plot"'), 2)  # forces, and the plane with the nodes in it
-        self.assertIn("not drawn, 0 throughout: rod_fluid_z", page)
+        self.assertIn("not drawn, 0 but for rounding: rod_fluid_z", page)
         self.assertIn("step 50: speed of the fluid", page)
         self.assertIn("Dots are nodes of bodies", page)
 

@@ -22,6 +22,7 @@ from report.filament import FILM_SAMPLES
 
 VELOCITY = ("velocity_x", "velocity_y", "velocity_z")
 MANY_CURVES, MANY_PANELS = 5, 6  # more curves of one dimension are a panel for each axis
+ROUNDING = 1e-11  # of the largest value of its dimension: what is below it throughout shows nothing
 
 
 def kinds(result, record):
@@ -54,9 +55,14 @@ def line(result, record):
 
 
 def against(record, abscissa, rows, caption):
-    """All columns against one, a panel per dimension, or per axis of vectors where these are many; what is zero throughout is left out."""
+    """All columns against one, a panel per dimension, or per axis of vectors where these are many; what is zero but for rounding is left out."""
     columns = [column for column in record.columns.values() if column.name not in ("step", "time", "x", "y", "z")]
-    seen = [column for column in columns if column.values.dtype.kind in "iuf" and np.any(column.values[rows] != 0.0)]
+    largest, of_dimension = {}, {}
+    for column in columns:
+        if column.values.dtype.kind in "iuf":
+            largest[column.name] = np.nanmax(np.abs(column.values[rows]), initial=0.0)
+            of_dimension[column.dimension] = max(of_dimension.get(column.dimension, 0.0), largest[column.name])
+    seen = [column for column in columns if largest.get(column.name, 0.0) > ROUNDING * of_dimension[column.dimension]]
     groups = {}
     for column in seen:
         along = column.name[-1] if column.name[-2:] in ("_x", "_y", "_z") else ""
@@ -68,7 +74,7 @@ def against(record, abscissa, rows, caption):
         return None
     drawing = stacked(record.columns[abscissa], list(groups.items()), rows)
     if len(seen) < len(columns):
-        caption += "; not drawn, 0 throughout: " + ", ".join(column.name for column in columns if column not in seen)
+        caption += "; not drawn, 0 but for rounding: " + ", ".join(column.name for column in columns if column not in seen)
     return Figure(caption, inline_svg(drawing, caption))
 
 
