@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <gsl/gsl_fit.h>
 
 #include <cmath>
 #include <functional>
@@ -153,14 +154,10 @@ double critical_stiffness(analytic::StrainedChain chain) {
 
 double slope_of(const std::vector<double>& x, const std::vector<double>& y, std::size_t from,
                 std::size_t to) {
-  const auto count = static_cast<double>(to - from);
-  double mean_x = 0.0, mean_y = 0.0, square = 0.0, product = 0.0;
-  for (std::size_t i = from; i < to; ++i) mean_x += x[i] / count, mean_y += y[i] / count;
-  for (std::size_t i = from; i < to; ++i) {
-    square += (x[i] - mean_x) * (x[i] - mean_x);
-    product += (x[i] - mean_x) * (y[i] - mean_y);
-  }
-  return product / square;
+  double at_zero, slope, unused[4];
+  gsl_fit_linear(&x[from], 1, &y[from], 1, to - from, &at_zero, &slope, &unused[0], &unused[1], &unused[2],
+                 &unused[3]);
+  return slope;
 }
 
 Observations declared() {
