@@ -16,18 +16,18 @@ using observe::Metric;
 
 constexpr std::array<std::string_view, 4> of_time{".last", ".mean", ".min", ".max"};
 
+std::string column_of(const Metric& last) {
+  return last.name.substr(0, last.name.size() - of_time[0].size());
+}
+
 // Whether the four from the i-th on are those of one column in time.
 bool is_column_in_time(const std::vector<Metric>& metrics, std::size_t i) {
   if (i + of_time.size() > metrics.size() || !metrics[i].name.ends_with(of_time[0])) return false;
-  const std::string column = metrics[i].name.substr(0, metrics[i].name.size() - of_time[0].size());
+  const std::string column = column_of(metrics[i]);
   for (std::size_t k = 0; k < of_time.size(); ++k) {
     if (metrics[i + k].name != column + std::string(of_time[k])) return false;
   }
   return true;
-}
-
-std::string column_of(const Metric& last) {
-  return last.name.substr(0, last.name.size() - of_time[0].size());
 }
 
 }  // namespace

@@ -198,35 +198,37 @@ def beam_line(result, record):
     return Figure(caption, inline_svg(drawing, caption))
 
 
-def buckling_mode(result, record):
-    """The buckling filament at the end of its run, and the mode of theory."""
-    if not drawable(record, "place", "measured", "theory"):
+def beside_theory(record, along, measured, theory, points):
+    """A figure and its axes: a column against another in `points`, and that of theory, called `theory`; None where one is missing."""
+    if not drawable(record, along, measured, "theory"):
         return None
     drawing, (axes,) = canvas()
-    place = record["place"]
-    handles = axes.plot(place, record["theory"], "-", color="#222222", linewidth=1.2, label="mode of the chain of markers")
-    handles += axes.plot(place, record["measured"], "o", color="C0", markerfacecolor="none", label="measured")
-    axes.axhline(0, **MARK)
-    axes.set_xlabel(column_label(record.columns["place"]))
-    axes.set_ylabel(column_label(record.columns["measured"]))
+    handles = axes.plot(record[along], record["theory"], "-", color="#222222", linewidth=1.2, label=theory)
+    handles += axes.plot(record[along], record[measured], color="C0", linestyle="none", label="measured", **points)
+    axes.set_xlabel(column_label(record.columns[along]))
+    axes.set_ylabel(column_label(record.columns[measured]))
     legend_above(axes, handles)
+    return drawing, axes
+
+
+def buckling_mode(result, record):
+    """The buckling filament at the end of its run, and the mode of theory."""
+    drawn = beside_theory(record, "place", "measured", "mode of the chain of markers", {"marker": "o", "markerfacecolor": "none"})
+    if drawn is None:
+        return None
+    drawn[1].axhline(0, **MARK)
     caption = f"{record.title}."
-    return Figure(caption, inline_svg(drawing, caption))
+    return Figure(caption, inline_svg(drawn[0], caption))
 
 
 def buckling_share(result, record):
     """How the buckling mode grows or decays, and the exponential of theory; where it is fitted it should be one."""
-    if not drawable(record, "strain", "share", "theory"):
+    drawn = beside_theory(record, "strain", "share", "theory", {"marker": ".", "markersize": 3})
+    if drawn is None:
         return None
-    drawing, (axes,) = canvas()
-    handles = axes.plot(record["strain"], record["theory"], "-", color="#222222", linewidth=1.2, label="theory")
-    handles += axes.plot(record["strain"], record["share"], ".", color="C0", markersize=3, label="measured")
-    axes.set_yscale("log")
-    axes.set_xlabel(column_label(record.columns["strain"]))
-    axes.set_ylabel(column_label(record.columns["share"]))
-    legend_above(axes, handles)
+    drawn[1].set_yscale("log")
     caption = f"{record.title}."
-    return Figure(caption, inline_svg(drawing, caption))
+    return Figure(caption, inline_svg(drawn[0], caption))
 
 
 def buckling_growth(result, record):
