@@ -10,6 +10,7 @@
 #include "base/stop.hpp"
 #include "choose_cases.hpp"
 #include "engine/baseline.hpp"
+#include "engine/difference.hpp"
 #include "engine/validate.hpp"
 #include "exit_code.hpp"
 #include "io/file.hpp"
@@ -199,6 +200,18 @@ void print_changes(const std::vector<engine::Change>& changes) {
   }
 }
 
+std::vector<engine::RecordChange> table_changes(const Reference& earlier, const engine::Result& result) {
+  const observe::Record none{"", "", {}};
+  const std::optional<observe::Record> now = engine::table_to_keep(result);
+  return engine::record_changes(earlier.table ? *earlier.table : none, now ? *now : none);
+}
+
+std::string in_words(const engine::RecordChange& change) {
+  return change.what.empty()
+             ? fmt::format("by at most {:.3g} of the column's largest magnitude", change.relative)
+             : change.what;
+}
+
 // What the present baseline says is no reason against a new one.
 bool is_admitted(const engine::Result& result, const std::string& baseline) {
   for (std::size_t i = 0; i < result.outcomes.size(); ++i) {
@@ -243,19 +256,25 @@ int accept_command(const std::string& name, const std::string& reason, bool repl
              shell_word(c.path.string()));
     return is_error ? exit_code::of_error(result.error_kind) : exit_code::check_failed;
   }
-  Json told{{"baseline", path.string()}, {"changes", nullptr}, {"written", false}};
+  Json told{
+      {"baseline", path.string()}, {"changes", nullptr}, {"columns", Json::array()}, {"written", false}};
   const auto end = [&] {
     if (json) print_json(told);
     return exit_code::success;
   };
   if (earlier) {
     const std::vector<engine::Change> found = engine::changes(*earlier, result.seen);
+    const std::vector<engine::RecordChange> columns = table_changes(*earlier, result);
     told["changes"] = changes_json(found);
+    for (const engine::RecordChange& one : columns)
+      told["columns"].push_back({{"column", one.column}, {"change", in_words(one)}});
     if (!json) {
       say("earlier baseline: {}, revision {}\n", earlier->origin->date, earlier->origin->revision);
       print_changes(found);
+      for (const engine::RecordChange& one : columns)
+        say("column {} of {}: {}\n", one.column, one.record, in_words(one));
     }
-    if (!engine::differ(found) && !replace) {
+    if (!engine::differ(found) && columns.empty() && !replace) {
       if (!json)
         say("the baseline says so already; --replace renews its reason and provenance\n{}\n", path.string());
       return end();
@@ -301,8 +320,8 @@ void add_contract_commands(CLI::App& app, int& exit_code) {
   validate->add_flag("--json", options->json, "print the problems as JSON, too");
   validate->callback([options, &exit_code] { exit_code = validate_command(options->names, options->json); });
 
-  CLI::App* accept =
-      app.add_subcommand("accept", "run a case and keep its metrics as the baseline of later runs");
+  CLI::App* accept = app.add_subcommand(
+      "accept", "run a case and keep its metrics, or the table of a study, as the baseline of later runs");
   accept->add_option("case", options->name, "path of a case file, or id")->required();
   accept->add_option("--reason", options->reason, "why this result is accepted; kept in the baseline")
       ->required()

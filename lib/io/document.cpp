@@ -375,6 +375,15 @@ std::vector<double> Table::numbers(const std::string& key) const {
   return values;
 }
 
+std::vector<double> Table::numbers_or_none(const std::string& key) const {
+  std::vector<double> values;
+  for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {
+    const auto* written = item.as_floating_point();
+    values.push_back(written != nullptr ? written->get() : as_number(*this, key, item, false));
+  }
+  return values;
+}
+
 std::vector<std::int64_t> Table::integers(const std::string& key) const {
   std::vector<std::int64_t> values;
   for (const toml::node& item : as_array(*this, key, need(*this, *node_, key))) {

@@ -43,6 +43,8 @@ class Table {
 
   /// As number(), but `inf` is allowed too.
   double number_or_infinity(const std::string& key) const;
+  /// As numbers(), but each may be `inf` or `nan`, where there is none.
+  std::vector<double> numbers_or_none(const std::string& key) const;
 
   std::optional<double> number_if(const std::string& key) const;
   double number(const std::string& key, double otherwise) const;

@@ -1,10 +1,13 @@
 #include "engine/baseline.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 
+#include "base/work.hpp"
+#include "engine/difference.hpp"
 #include "io/document.hpp"
 
 namespace veriflex::engine {
@@ -13,11 +16,15 @@ namespace fs = std::filesystem;
 
 namespace {
 
-void check_reading_back(const std::string& text, const fs::path& path, const observe::Observations& seen) {
+void check_reading_back(const std::string& text, const fs::path& path, const Result& result) {
   std::string why;
   try {
     const Reference back = read_reference(io::parse_document(text, path.string()), path);
-    if (differ(changes(back, seen))) why = "values changed by writing and reading";
+    const std::optional<observe::Record> table = table_to_keep(result);
+    if (differ(changes(back, result.seen)) ||
+        (table && (!back.table || !record_changes(*back.table, *table).empty()))) {
+      why = "values changed by writing and reading";
+    }
   } catch (const InputError& error) {
     why = error.what();
   }
@@ -26,7 +33,70 @@ void check_reading_back(const std::string& text, const fs::path& path, const obs
                    "Give a --reason in UTF-8, and mend what is named there");
 }
 
+void need_measured(const std::string& name, const std::vector<std::string>& measures, const Case& c,
+                   const Reference& baseline) {
+  if (std::find(measures.begin(), measures.end(), name) != measures.end()) return;
+  throw InputError({baseline.path.string()}, fmt::format("holds '{}', which is no longer measured", name),
+                   fmt::format("the driver '{}' has no such metric", c.driver),
+                   "Renew it: veriflex accept --replace");
+}
+
+Check check_of(const Reference& baseline, std::size_t index) {
+  const Origin& origin = *baseline.origin;
+  Check check{};
+  check.place = {baseline.path.string()};
+  check.kind = CheckKind::verification;
+  check.statement = fmt::format("as accepted on {}: {}", origin.date, origin.reason);
+  check.tolerance.reason = "stated in the baseline; another machine or compiler may round differently";
+  check.reference = index;
+  check.target_kind = baseline.kind;
+  check.source = baseline.source;
+  return check;
+}
+
+std::string allowed_text(const Origin& origin) {
+  return fmt::format("{} relative, but at least {}", origin.relative, origin.absolute);
+}
+
+void compare_table(Case& c, const Reference& baseline, std::size_t index) {
+  const std::vector<std::string> measures = names_of(measured(c.study));
+  for (const observe::Column& column : baseline.table->columns) {
+    Check check = check_of(baseline, index);
+    check.measure = baseline.table->name + "." + column.name;
+    // Text of rows, such as their outcome, is declared by no study.
+    if (column.texts.empty()) need_measured(check.measure, measures, c, baseline);
+    check.of_table = true;
+    check.tolerance.value = 0.5;
+    check.tolerance.text = fmt::format("no row departs by more than {}", allowed_text(*baseline.origin));
+    c.checks.push_back(std::move(check));
+  }
+}
+
+// As lists of a line each, so that a change of a column shows as one.
+std::string text_of(const observe::Record& table) {
+  std::string text = fmt::format("\n[table]\nrecord = {}\n", io::toml_text(table.name));
+  for (const observe::Column& column : table.columns) {
+    std::vector<std::string> cells;
+    for (const double value : column.values) cells.push_back(io::toml_text(value));
+    for (const std::string& word : column.texts) cells.push_back(io::toml_text(word));
+    text += fmt::format("\n[[table.column]]\nname = {}\n{} = [{}]\n", io::toml_text(column.name),
+                        column.texts.empty() ? "numbers" : "texts", fmt::join(cells, ", "));
+  }
+  return text;
+}
+
 }  // namespace
+
+std::optional<observe::Record> table_to_keep(const Result& result) {
+  if (!result.c.study.of_many_runs || result.seen.records.empty()) return std::nullopt;
+  observe::Record table = result.seen.records.front();
+  std::erase_if(table.columns, [](const observe::Column& column) {
+    const bool is_work = std::any_of(work::fields.begin(), work::fields.end(),
+                                     [&](const work::Field& field) { return column.name == field.name; });
+    return is_work || column.name == "message" || column.name == "parts_bytes";
+  });
+  return table;
+}
 
 std::vector<Change> changes(const Reference& earlier, const observe::Observations& now) {
   std::vector<Change> all;
@@ -67,29 +137,18 @@ void compare_with_baseline(Case& c, const fs::path& case_folder, const fs::path&
     return std::any_of(c.checks.begin(), c.checks.end(),
                        [&](const Check& k) { return k.reference == index && k.measure == name; });
   };
-  const Origin& origin = *baseline.origin;
   const std::vector<std::string> measures = names_of(measured(c.study));
   for (const auto& [name, value] : baseline.values) {
     if (held_already(name)) continue;
-    if (std::find(measures.begin(), measures.end(), name) == measures.end()) {
-      throw InputError({path.string()}, fmt::format("holds '{}', which is no longer measured", name),
-                       fmt::format("the driver '{}' has no such metric", c.driver),
-                       "Renew it: veriflex accept --replace");
-    }
-    Check check{};
-    check.place = {path.string()};
-    check.kind = CheckKind::verification;
-    check.statement = fmt::format("as accepted on {}: {}", origin.date, origin.reason);
+    need_measured(name, measures, c, baseline);
+    Check check = check_of(baseline, index);
     check.measure = name;
     check.target = value.value;
-    check.tolerance.value = std::isinf(value.value) ? 1.0 : origin.allowed(value.value);
-    check.tolerance.text = fmt::format("{} relative, but at least {}", origin.relative, origin.absolute);
-    check.tolerance.reason = "stated in the baseline; another machine or compiler may round differently";
-    check.reference = index;
-    check.target_kind = baseline.kind;
-    check.source = baseline.source;
+    check.tolerance.value = std::isinf(value.value) ? 1.0 : baseline.origin->allowed(value.value);
+    check.tolerance.text = allowed_text(*baseline.origin);
     c.checks.push_back(std::move(check));
   }
+  if (baseline.table) compare_table(c, baseline, index);
 }
 
 std::string baseline_text(const Result& result, const fs::path& path, const std::string& reason,
@@ -129,7 +188,8 @@ std::string baseline_text(const Result& result, const fs::path& path, const std:
                         io::toml_text(metric.name), io::toml_text(metric.value),
                         io::toml_text(metric.dimension), io::toml_text(metric.meaning));
   }
-  check_reading_back(text, path, result.seen);
+  if (const std::optional<observe::Record> table = table_to_keep(result)) text += text_of(*table);
+  check_reading_back(text, path, result);
   return text;
 }
 

@@ -53,10 +53,11 @@ struct Recorded {
 struct Check {
   CheckKind kind;
   std::string statement;
-  std::string measure;  // metric, or record.column for a curve
+  std::string measure;  // metric, or record.column for a curve or a table
   std::optional<Curve> curve;
-  double target;  // 0 for a curve, whose measure is its largest error
-  bool outside;   // the statement holds when the measured value is *not* within the tolerance of the target
+  bool of_table = false;  // counts the rows of record.column that depart from the baseline's table
+  double target;          // 0 for a curve, whose measure is its largest error
+  bool outside;  // the statement holds when the measured value is *not* within the tolerance of the target
   Tolerance tolerance;  // its value means nothing where an uncertainty stands in its place
   std::optional<Uncertainty> uncertainty;
   std::optional<std::size_t>

@@ -136,19 +136,9 @@ void compare_records(const StoredResult& before, const StoredResult& after, Case
       d.records.push_back({record.name, "", "is new"});
       continue;
     }
-    const std::size_t differing = d.records.size();
-    for (const observe::Column& column : record.columns) {
-      const observe::Column* was = earlier->find(column.name);
-      if (was == nullptr) {
-        d.records.push_back({record.name, column.name, "is new"});
-      } else if (!same_column(*was, column)) {
-        d.records.push_back(compare_columns(record.name, *was, column));
-      }
-    }
-    for (const observe::Column& column : earlier->columns) {
-      if (record.find(column.name) == nullptr) d.records.push_back({record.name, column.name, "is gone"});
-    }
-    if (d.records.size() == differing) ++d.same_records;
+    std::vector<RecordChange> found = record_changes(*earlier, record);
+    if (found.empty()) ++d.same_records;
+    std::move(found.begin(), found.end(), std::back_inserter(d.records));
   }
   for (const observe::Record& record : before.records) {
     if (!tells_time(record.name) && named(after.records, record.name) == after.records.end()) {
@@ -257,6 +247,22 @@ bool CaseDifference::is_same() const {
 bool RunDifference::is_same() const {
   return lost.empty() && added.empty() &&
          std::all_of(cases.begin(), cases.end(), [](const CaseDifference& d) { return d.is_same(); });
+}
+
+std::vector<RecordChange> record_changes(const observe::Record& before, const observe::Record& after) {
+  std::vector<RecordChange> found;
+  for (const observe::Column& column : after.columns) {
+    const observe::Column* was = before.find(column.name);
+    if (was == nullptr) {
+      found.push_back({after.name, column.name, "is new"});
+    } else if (!same_column(*was, column)) {
+      found.push_back(compare_columns(after.name, *was, column));
+    }
+  }
+  for (const observe::Column& column : before.columns) {
+    if (after.find(column.name) == nullptr) found.push_back({after.name, column.name, "is gone"});
+  }
+  return found;
 }
 
 CaseDifference difference(const StoredResult& before, const StoredResult& after) {

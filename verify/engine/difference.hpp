@@ -73,6 +73,9 @@ struct RunDifference {
   bool is_same() const;
 };
 
+/// The columns of one record that are not the same, bit for bit, before and after.
+std::vector<RecordChange> record_changes(const observe::Record& before, const observe::Record& after);
+
 /// Of one case, or of two cases that are to be compared all the same. Times are left out (records `*_cost`,
 /// and what reports seconds), and a slow-down is none but where repeats do not overlap, or where single runs
 /// of the same machine and threads differ by more than half in wall and processor time.

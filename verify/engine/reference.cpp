@@ -61,6 +61,23 @@ void read_tolerance(const io::Table& tolerance, Origin& origin) {
   }
 }
 
+observe::Record read_table(const io::Table& top) {
+  const io::Table table = top.table("table");
+  observe::Record record{table.text("record"), "", {}};
+  for (const io::Table& column : table.tables("column")) {
+    const bool of_words = column.has("texts");
+    record.columns.push_back({column.text("name"), "", "", "",
+                              of_words ? std::vector<double>{} : column.numbers_or_none("numbers"),
+                              of_words ? column.texts("texts") : std::vector<std::string>{}});
+    if (record.columns.back().size() != record.columns.front().size()) {
+      column.fail(of_words ? "texts" : "numbers",
+                  fmt::format("{} rows, not {}", record.columns.back().size(), record.columns.front().size()),
+                  "columns of a table are equally long", "Renew it: veriflex accept --replace");
+    }
+  }
+  return record;
+}
+
 // A case and its reference may share their stem, also when both lie in one folder's reach.
 bool is_case(const fs::path& path) {
   return io::parse_document(io::read_file(path), path.string()).has("driver");
@@ -120,6 +137,7 @@ Reference read_reference(const io::Table& top, const fs::path& path) {
                         .date = origin.text("date"),
                         .reason = origin.text("reason")};
     if (top.has("tolerance")) read_tolerance(top.table("tolerance"), *reference.origin);
+    if (top.has("table")) reference.table = read_table(top);
   }
   if (top.has("values")) {
     const io::Table values = top.table("values");
@@ -132,7 +150,7 @@ Reference read_reference(const io::Table& top, const fs::path& path) {
     }
   }
   if (top.has("data")) reference.columns = read_data(top.table("data"), path.parent_path(), reference.sha256);
-  if (reference.values.empty() && reference.columns.empty()) {
+  if (reference.values.empty() && reference.columns.empty() && !reference.table) {
     throw InputError(top.place(), "the reference holds neither values nor data",
                      "it can be compared with nothing", "Add [values.<name>] or [data]");
   }

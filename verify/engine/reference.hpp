@@ -9,6 +9,7 @@
 
 #include "io/csv.hpp"
 #include "io/document.hpp"
+#include "observe/record.hpp"
 
 namespace veriflex::engine {
 
@@ -40,8 +41,9 @@ struct Reference {
   std::optional<Origin> origin;  // of a baseline
   std::filesystem::path path;
   std::map<std::string, ReferenceValue> values;
-  std::vector<io::CsvColumn> columns;  // of its data file, if it has one
-  std::string sha256;                  // of the data file
+  std::vector<io::CsvColumn> columns;    // of its data file, if it has one
+  std::string sha256;                    // of the data file
+  std::optional<observe::Record> table;  // of a baseline: what a study found, row by row
 };
 
 const std::vector<std::string>& reference_kinds();

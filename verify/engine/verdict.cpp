@@ -56,13 +56,40 @@ double metric(const std::string& name, const observe::Observations& seen) {
   return found->value;
 }
 
+bool departs(const observe::Column& now, const observe::Column& accepted, std::size_t row,
+             const Origin& origin) {
+  if (!accepted.texts.empty()) return now.texts[row] != accepted.texts[row];
+  const double value = now.values[row], was = accepted.values[row];
+  if (value == was || (std::isnan(value) && std::isnan(was))) return false;
+  return !(std::abs(value - was) <= origin.allowed(was));
+}
+
 double measure(const Check& check, const Case& c, const observe::Observations& seen) {
+  if (check.of_table) return rows_departing(check.measure, c.references[*check.reference], seen);
   if (check.curve)
     return max_curve_error(*check.curve, check.tolerance.floor, c.references[*check.reference], seen);
   return metric(check.measure, seen);
 }
 
 }  // namespace
+
+double rows_departing(const std::string& measure, const Reference& baseline,
+                      const observe::Observations& seen) {
+  const observe::Record& accepted = *baseline.table;
+  const std::string column = measure.substr(accepted.name.size() + 1);
+  const observe::Record* record = seen.record(accepted.name);
+  const observe::Column* now = record == nullptr ? nullptr : record->find(column);
+  if (now == nullptr) throw NumericalFailure(fmt::format("the run recorded no {}", measure));
+  const observe::Column& was = *accepted.find(column);
+  if (now->size() != was.size() || now->texts.size() != was.texts.size()) {
+    return static_cast<double>(std::max(now->size(), was.size()));
+  }
+  double departing = 0.0;
+  for (std::size_t row = 0; row < was.size(); ++row) {
+    if (departs(*now, was, row, *baseline.origin)) departing += 1.0;
+  }
+  return departing;
+}
 
 double Uncertainty::combined() const { return std::hypot(reference, numerical, input); }
 

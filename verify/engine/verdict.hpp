@@ -35,6 +35,11 @@ struct Outcome {
 double max_curve_error(const Curve& curve, double floor, const Reference& reference,
                        const observe::Observations& seen);
 
+/// How many rows of that `record.column` are not what the baseline's table says, within what it allows; all
+/// of them where there are more or fewer rows. Throws NumericalFailure when the run has no such column.
+double rows_departing(const std::string& measure, const Reference& baseline,
+                      const observe::Observations& seen);
+
 /// Judges one check of the case. Throws NumericalFailure when the observations lack what it asks for or hold
 /// a NaN there.
 Outcome judge(const Check& check, const Case& c, const observe::Observations& seen);

@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "catch.hpp"
 #include "engine/asked.hpp"
+#include "engine/reference.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 #include "studies/front.hpp"
@@ -455,6 +456,41 @@ TEST_CASE("Repeats are taken in rounds over all rows, and rounds are kept and me
   CHECK(seconds("one") == first);
   CHECK(ran(folder, "merge one --out both").code == 0);
   CHECK(seconds("both") == first);
+}
+
+TEST_CASE("accept keeps the table of a study, and later runs are held to it row by row") {
+  const Folder folder;
+  const std::string head(scene);
+  const auto write = [&](const std::string& values) {
+    folder.write("bar.toml",
+                 head + "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [" + values + "] }]\n");
+  };
+  write("0.13, -1, 0.26");
+  REQUIRE(ran(folder, "accept bar.toml --reason first").code == 0);
+  const std::string kept = unit::contents(folder.path() / "bar-baseline.toml");
+  const engine::Reference baseline = engine::read_reference(folder.path() / "bar-baseline.toml");
+  REQUIRE(baseline.table);
+  CHECK(baseline.table->find("outcome")->texts ==
+        std::vector<std::string>{"completed", "refused", "completed"});
+  CHECK(std::isnan(baseline.table->find("young_modulus")->values[1]));
+  CHECK(baseline.table->find("bond_evaluations") == nullptr);
+  CHECK(ran(folder, "run bar.toml").code == 0);
+  CHECK(ran(folder, "accept bar.toml --reason again").code == 0);  // nothing differs
+
+  const std::string modulus = io::toml_text(baseline.table->find("young_modulus")->values[2]);
+  folder.write("bar-baseline.toml", unit::replaced(kept, modulus + "]", "0.5]"));
+  const Ran departed = ran(folder, "run bar.toml");
+  CHECK(departed.code == 1);
+  CHECK_THAT(departed.out, ContainsSubstring("sweep.young_modulus"));
+  CHECK_THAT(ran(folder, "accept bar.toml --reason again").out,
+             ContainsSubstring("column young_modulus of sweep"));
+  folder.write("bar-baseline.toml", unit::replaced(kept, "\"refused\"", "\"completed\""));
+  CHECK(ran(folder, "run bar.toml").code == 1);
+  folder.write("bar-baseline.toml", kept);
+  write("0.13, 0.26");  // a row less
+  CHECK(ran(folder, "run bar.toml").code == 1);
+  folder.write("bar-baseline.toml", unit::replaced(kept, "\"completed\", \"refused\"", "\"refused\""));
+  CHECK_THAT(ran(folder, "run bar.toml").err, ContainsSubstring("columns of a table are equally long"));
 }
 
 TEST_CASE("A boundary is where a reader's own bound lies, and changes that come back are counted") {
