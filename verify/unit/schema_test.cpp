@@ -99,7 +99,8 @@ struct ReadersSource {
 
 ReadersSource scan(const std::vector<fs::path>& sources) {
   const std::string reading =
-      "\\b(\\w+\\.(?:number|number_if|number_or_infinity|integer|flag|text|texts|numbers|integers|table|"
+      "\\b(\\w+\\.(?:number|number_if|number_or_infinity|integer|flag|text|texts|numbers|numbers_or_none|"
+      "integers|table|"
       "tables|choice|"
       "has)\\()";
   ReadersSource found;
