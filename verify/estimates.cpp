@@ -33,8 +33,21 @@ std::optional<double> took(const std::string& id, const Options& options) {
 
 std::optional<double> seconds_of_run(const engine::Study& run, int threads) {
   if (!run.expects) return std::nullopt;
-  const std::optional<scene::ExpectedWork> work = run.expects();
-  return work ? std::optional(engine::seconds_of(*work, engine::rates_for(*work, threads))) : std::nullopt;
+  const std::vector<scene::ExpectedWork> scenes = run.expects();
+  if (scenes.empty()) return std::nullopt;
+  double seconds = 0.0;
+  for (const scene::ExpectedWork& work : scenes)
+    seconds += engine::seconds_of(work, engine::rates_for(work, threads));
+  return seconds;
+}
+
+// A row that is refused, such as one of too high a Mach number, takes no time.
+std::optional<double> seconds_of_row(const fs::path& path, const Options& options, int threads) {
+  try {
+    return seconds_of_run(read_without_baseline(path, options).study, threads);
+  } catch (const InputError&) {
+    return 0.0;
+  }
 }
 
 // Of all rows: side by side with a thread each, or one after another with all threads, for a time again and
@@ -49,8 +62,7 @@ std::optional<double> seconds_of_sweep(const engine::Case& c, const io::Table& s
   for (const studies::Cell& cell : studies::cells(axes)) {
     of_row.overrides = options.overrides;
     for (const std::string& one : studies::settings(axes, cell)) of_row.overrides.push_back(one);
-    const engine::Case row = read_without_baseline(c.path, of_row);
-    const std::optional<double> seconds = seconds_of_run(row.study, timing.timed ? threads : 1);
+    const std::optional<double> seconds = seconds_of_row(c.path, of_row, timing.timed ? threads : 1);
     if (!seconds) return std::nullopt;
     sum += *seconds;
   }

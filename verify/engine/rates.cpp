@@ -7,10 +7,14 @@
 #include <chrono>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <filesystem>
 #include <functional>
+#include <limits>
+#include <map>
 #include <nlohmann/json.hpp>
 
+#include "base/say.hpp"
 #include "engine/result.hpp"
 #include "io/file.hpp"
 #include "scene/coupling_stability.hpp"
@@ -30,9 +34,32 @@ constexpr std::array<std::array<std::int64_t, 3>, 2> boxes{{{32, 24, 24}, {64, 9
 constexpr std::array representations{fluid::Representation::Populations, fluid::Representation::Moments};
 constexpr std::array storages{fluid::Storage::Double, fluid::Storage::Float};
 
+/// Wall seconds since it was made, and whether this thread had the processor for most of them: it has not
+/// where other programs keep the machine busy.
+class Stopwatch {
+ public:
+  double seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  bool was_disturbed() const {
+    constexpr double least_share = 0.7;
+    return on_processor() - on_processor_ < least_share * seconds();
+  }
+
+ private:
+  static double on_processor() {
+    timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+  }
+
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+  double on_processor_ = on_processor();
+};
+
 /// Seconds of a step, of so many that are made in one call: the least of some measurements, since whatever
-/// disturbs one makes it longer.
-double seconds_of_a_step(const scene::Scene& scene, std::int64_t at_once = 1,
+/// disturbs one makes it longer. Sets `disturbed` where that one was.
+double seconds_of_a_step(bool& disturbed, const scene::Scene& scene, std::int64_t at_once = 1,
                          double at_least = least_seconds) {
   scene::Simulation simulation(scene);
   const auto advance = [&] {
@@ -41,16 +68,19 @@ double seconds_of_a_step(const scene::Scene& scene, std::int64_t at_once = 1,
   };
   advance();
   double least = std::numeric_limits<double>::infinity();
+  bool least_was_disturbed = false;
   for (int measurement = 0; measurement < 3; ++measurement) {
-    const auto start = std::chrono::steady_clock::now();
-    double spent = 0.0;
+    const Stopwatch watch;
     const std::int64_t first = simulation.steps();
-    while (spent < at_least / 3.0) {
-      advance();
-      spent = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    while (watch.seconds() < at_least / 3.0) advance();
+    const bool is_disturbed = watch.was_disturbed();
+    const double of_step = watch.seconds() / static_cast<double>(simulation.steps() - first);
+    if (of_step < least) {
+      least = of_step;
+      least_was_disturbed = is_disturbed;
     }
-    least = std::min(least, spent / static_cast<double>(simulation.steps() - first));
   }
+  disturbed = disturbed || least_was_disturbed;
   return least;
 }
 
@@ -63,7 +93,7 @@ scene::Body filament(double angle_stiffness, std::int64_t sections = 41) {
   return body;
 }
 
-Rates measured(int threads) {
+Rates measured(int threads, bool& disturbed) {
   omp_set_num_threads(threads);
   Rates rates;
   for (std::size_t r = 0; r < 2; ++r) {
@@ -73,18 +103,20 @@ Rates measured(int threads) {
                                .relaxation_time = r == 0 ? 0.9 : 1.0,
                                .storage = storages[s],
                                .representation = representations[r]};
-        rates.nodes[r][s][b] = static_cast<double>(spec.grid.count()) / seconds_of_a_step({.fluid = spec});
+        rates.nodes[r][s][b] =
+            static_cast<double>(spec.grid.count()) / seconds_of_a_step(disturbed, {.fluid = spec});
       }
     }
   }
   for (std::size_t s = 0; s < 2; ++s) {
     const fluid::Spec spec{.grid = {boxes[1]}, .relaxation_time = 0.9, .storage = storages[s]};
-    rates.at_once[s] = static_cast<double>(spec.grid.count()) /
-                       seconds_of_a_step({.fluid = spec}, fluid::make_fluid(spec)->steps_at_once());
+    rates.at_once[s] =
+        static_cast<double>(spec.grid.count()) /
+        seconds_of_a_step(disturbed, {.fluid = spec}, fluid::make_fluid(spec)->steps_at_once());
   }
   const scene::Body bare = filament(0.0), body = filament(0.025);
-  const double of_bonds = seconds_of_a_step({.bodies = {bare}});
-  const double of_body = seconds_of_a_step({.bodies = {body}});
+  const double of_bonds = seconds_of_a_step(disturbed, {.bodies = {bare}});
+  const double of_body = seconds_of_a_step(disturbed, {.bodies = {body}});
   rates.bonds = 4.0 * static_cast<double>(bare.network.bonds.size()) / of_bonds;
   rates.angles = 4.0 * static_cast<double>(body.network.angles.size()) / std::max(of_body - of_bonds, 1e-12);
 
@@ -93,10 +125,10 @@ Rates measured(int threads) {
                                               .relaxation_time = r == 0 ? 0.9 : 1.0,
                                               .representation = representations[r]},
                          .bodies = {body}};
-    const double of_fluid = seconds_of_a_step({.fluid = coupled.fluid});
+    const double of_fluid = seconds_of_a_step(disturbed, {.fluid = coupled.fluid});
     coupled.bodies[0].coupling.emplace();
     const auto markers = static_cast<double>(expected_work(coupled, 1)->counts.marker_interpolations);
-    rates.markers[r] = markers / std::max(seconds_of_a_step(coupled) - of_fluid - of_body, 1e-12);
+    rates.markers[r] = markers / std::max(seconds_of_a_step(disturbed, coupled) - of_fluid - of_body, 1e-12);
   }
   // A shorter one where the force follows the sub-steps, which takes twenty times as long.
   for (const bool subcycled : {false, true}) {
@@ -105,9 +137,10 @@ Rates measured(int threads) {
     checked.coupling->subcycled = subcycled;
     const auto nodes = static_cast<double>(checked.network.node_count());
     const fluid::Spec around{.grid = {{32, 32, 56}}, .relaxation_time = 0.9};
-    const auto start = std::chrono::steady_clock::now();
+    const Stopwatch watch;
     scene::coupling_growth(around, checked);
-    const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+    disturbed = disturbed || watch.was_disturbed();
+    const double seconds = watch.seconds();
     (subcycled ? rates.checked_substeps : rates.checked_nodes) =
         nodes * (subcycled ? checked.substeps.count : 1) / seconds;
   }
@@ -165,14 +198,24 @@ fs::path file_of(const std::string& what, int threads) {
   return cache / fmt::format("{}-{}-{}.json", what, machine, threads);
 }
 
-// Numbers that are measured once and kept in that file, unless it has no name.
+// Numbers that are measured once and kept in that file, unless it has no name. What a busy machine shows is
+// not what it can: that is known as long as this program runs.
 std::vector<double> kept_or(const fs::path& file, std::size_t count,
-                            const std::function<std::vector<double>()>& measure) {
+                            const std::function<std::vector<double>(bool& disturbed)>& measure) {
+  static std::map<fs::path, std::vector<double>> measured_busy;
   if (!file.empty()) {
     if (const auto known = kept(file, count)) return *known;
   }
-  std::vector<double> now = measure();
+  if (const auto known = measured_busy.find(file); known != measured_busy.end()) return known->second;
+  bool disturbed = false;
+  std::vector<double> now = measure(disturbed);
   if (file.empty()) return now;
+  if (disturbed) {
+    if (measured_busy.empty())
+      complain("other programs keep this machine busy: times are estimated from how fast it is beside them");
+    measured_busy[file] = now;
+    return now;
+  }
   try {
     fs::create_directories(file.parent_path());
     io::write_file(file, Json(now).dump(1) + "\n");
@@ -195,12 +238,12 @@ double rate_of_box(const scene::ExpectedWork& work, int threads) {
       spec.storage == fluid::Storage::Float ? "float" : "double", spec.is_forced() ? "forced" : "free");
   for (const auto& walls : spec.walls) name += walls ? "-walls" : "-periodic";
   return kept_or(file_of(name, threads), 1,
-                 [&] {
+                 [&](bool& disturbed) {
                    omp_set_num_threads(threads);
                    const std::int64_t at_once =
                        is_made_at_once(work) ? fluid::make_fluid(spec)->steps_at_once() : 1;
                    return std::vector{static_cast<double>(spec.grid.count()) /
-                                      seconds_of_a_step({.fluid = spec}, at_once, 0.06)};
+                                      seconds_of_a_step(disturbed, {.fluid = spec}, at_once, 0.06)};
                  })
       .front();
 }
@@ -210,8 +253,8 @@ double rate_of_box(const scene::ExpectedWork& work, int threads) {
 Rates rates(int threads) {
   Rates found;
   const std::vector<double*> all = values(found);
-  const std::vector<double> numbers = kept_or(file_of("rates", threads), all.size(), [&] {
-    Rates now = measured(threads);
+  const std::vector<double> numbers = kept_or(file_of("rates", threads), all.size(), [&](bool& disturbed) {
+    Rates now = measured(threads, disturbed);
     std::vector<double> list;
     for (const double* value : values(now)) list.push_back(*value);
     return list;

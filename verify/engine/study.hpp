@@ -40,8 +40,8 @@ struct Study {
   std::function<void(observe::Observations&, Progress&, Cost&, Checkpoints&)> run_with_checkpoints{};
   /// Whether it makes many runs of a case: its checks ask for numbers of several rows (engine::Asked).
   bool of_many_runs = false;
-  /// What one run will do, nothing where that cannot be known; empty: nothing is known.
-  std::function<std::optional<scene::ExpectedWork>()> expects{};
+  /// What one run will do, scene after scene; nothing where that cannot be known.
+  std::function<std::vector<scene::ExpectedWork>()> expects{};
   /// What the case could do without at a price in accuracy; empty: nothing is known of that. Takes a while.
   std::function<std::vector<scene::Offer>()> offers{};
   /// Set where the numbers are not this program's.

@@ -302,15 +302,17 @@ engine::Study read_filament(const io::Table& top) {
   if (t.has("modulus_factors")) study.modulus_factors = read_factors(t, study.other);
   if (t.has("film")) study.stroke.film = t.integer("film", 1, 1000);
   scene::Plan plan = plan_stroke(top, study.stroke);
-  return {.plan = std::move(plan),
-          .declares = declared(study),
-          .run = std::bind_front(run, study),
-          .expects = [study] { return expected_work(study.stroke, 2 + std::ssize(study.modulus_factors)); },
-          .offers =
-              [study] {
-                return scene::offers({.fluid = study.stroke.fluid, .bodies = {body_of(study.stroke)}},
-                                     [](std::size_t) { return "filament.substeps"; });
-              }};
+  return {
+      .plan = std::move(plan),
+      .declares = declared(study),
+      .run = std::bind_front(run, study),
+      .expects =
+          [study] { return std::vector{expected_work(study.stroke, 2 + std::ssize(study.modulus_factors))}; },
+      .offers =
+          [study] {
+            return scene::offers({.fluid = study.stroke.fluid, .bodies = {body_of(study.stroke)}},
+                                 [](std::size_t) { return "filament.substeps"; });
+          }};
 }
 
 }  // namespace veriflex::measures

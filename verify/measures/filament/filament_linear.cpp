@@ -281,7 +281,8 @@ engine::Study read_filament_linear(const io::Table& top) {
   }
   return {.plan = plan_stroke(top, study.stroke),
           .declares = declared(study),
-          .run = std::bind_front(run, study)};
+          .run = std::bind_front(run, study),
+          .expects = [study] { return std::vector{expected_work(study.stroke, 2)}; }};
 }
 
 }  // namespace veriflex::measures

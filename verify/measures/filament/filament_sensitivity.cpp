@@ -232,8 +232,15 @@ engine::Study read_filament_sensitivity(const io::Table& top) {
     top.fail("variant", "the case has no [[variant]]", "there is nothing to compare with the base",
              "Write [[variant]] with a name, a label and what it changes");
   }
-  return {
-      .plan = plan_stroke(top, study.base), .declares = declared(study), .run = std::bind_front(run, study)};
+  return {.plan = plan_stroke(top, study.base),
+          .declares = declared(study),
+          .run = std::bind_front(run, study),
+          .expects = [study] {
+            std::vector<scene::ExpectedWork> all{expected_work(study.base, 2)};
+            for (const Variant& variant : study.variants)
+              all.push_back(expected_work(variant.stroke, variant.changes_compared ? 2 : 1));
+            return all;
+          }};
 }
 
 }  // namespace veriflex::measures

@@ -75,6 +75,10 @@ double difference(const fluid::Fluid& a, const fluid::Fluid& b) {
   return std::sqrt(sum);
 }
 
+fluid::Storage other_of(fluid::Storage storage) {
+  return storage == fluid::Storage::Double ? fluid::Storage::Float : fluid::Storage::Double;
+}
+
 Observations declared(const Vortex& study) {
   Observations all;
   all.metrics = norm_metrics("velocity_", "the velocity at the end");
@@ -104,7 +108,7 @@ void run(const Vortex& study, Observations& seen, Progress& progress, engine::Co
 
   const bool is_double = study.fluid.storage == fluid::Storage::Double;
   fluid::Spec other = study.fluid;
-  other.storage = is_double ? fluid::Storage::Float : fluid::Storage::Double;
+  other.storage = other_of(other.storage);
   const scene::Simulation twin = simulate(other);
   const double exact = error.velocity.exact_l2();
   const double rounding = difference(end.fluid(), twin.fluid()) / exact;
@@ -112,6 +116,16 @@ void run(const Vortex& study, Observations& seen, Progress& progress, engine::Co
   seen.set("storage_difference", rounding);
   seen.set("storage_share", rounding / in_double.relative().l2);
   cost.finish("other storage");
+}
+
+std::vector<scene::ExpectedWork> expected_work(const Vortex& study) {
+  std::vector<scene::ExpectedWork> runs{*scene::expected_work({.fluid = study.fluid}, study.steps)};
+  if (study.other_storage) {
+    fluid::Spec other = study.fluid;
+    other.storage = other_of(other.storage);
+    runs.push_back(*scene::expected_work({.fluid = other}, study.steps));
+  }
+  return runs;
 }
 
 Start read_start(const io::Table& t) {
@@ -167,7 +181,8 @@ engine::Study read_vortex(const io::Table& top) {
   study.steps = std::max<std::int64_t>(1, std::llround(decays / study.flow.decay_rate()));
   return {.plan = engine::read_plan(top, {.fluid = study.fluid, .initial_flow = true}),
           .declares = declared(study),
-          .run = std::bind_front(run, study)};
+          .run = std::bind_front(run, study),
+          .expects = [study] { return expected_work(study); }};
 }
 
 }  // namespace veriflex::measures

@@ -310,7 +310,11 @@ engine::Study read_scene(const io::Table& top) {
                      .measures = measures,
                      .run = [shared](observe::Observations& seen, Progress& progress,
                                      engine::Cost& cost) { run(*shared, seen, progress, cost, nullptr); },
-                     .expects = [shared] { return scene::expected_work(shared->scene, shared->steps); },
+                     .expects =
+                         [shared] {
+                           const auto work = scene::expected_work(shared->scene, shared->steps);
+                           return work ? std::vector{*work} : std::vector<scene::ExpectedWork>{};
+                         },
                      .offers =
                          [shared] {
                            return scene::offers(shared->scene, [](std::size_t i) {
