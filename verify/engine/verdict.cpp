@@ -79,10 +79,9 @@ double rows_departing(const std::string& measure, const Reference& baseline,
   const std::string column = measure.substr(accepted.name.size() + 1);
   const observe::Record* record = seen.record(accepted.name);
   const observe::Column* now = record == nullptr ? nullptr : record->find(column);
-  if (now == nullptr) throw NumericalFailure(fmt::format("the run recorded no {}", measure));
   const observe::Column& was = *accepted.find(column);
-  if (now->size() != was.size() || now->texts.size() != was.texts.size()) {
-    return static_cast<double>(std::max(now->size(), was.size()));
+  if (now == nullptr || now->size() != was.size() || now->texts.size() != was.texts.size()) {
+    return static_cast<double>(std::max(now == nullptr ? 0 : now->size(), was.size()));
   }
   double departing = 0.0;
   for (std::size_t row = 0; row < was.size(); ++row) {

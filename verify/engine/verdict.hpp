@@ -36,7 +36,7 @@ double max_curve_error(const Curve& curve, double floor, const Reference& refere
                        const observe::Observations& seen);
 
 /// How many rows of that `record.column` are not what the baseline's table says, within what it allows; all
-/// of them where there are more or fewer rows. Throws NumericalFailure when the run has no such column.
+/// of them where there are more or fewer rows, or no such column.
 double rows_departing(const std::string& measure, const Reference& baseline,
                       const observe::Observations& seen);
 

@@ -486,6 +486,8 @@ TEST_CASE("accept keeps the table of a study, and later runs are held to it row 
              ContainsSubstring("column young_modulus of sweep"));
   folder.write("bar-baseline.toml", unit::replaced(kept, "\"refused\"", "\"completed\""));
   CHECK(ran(folder, "run bar.toml").code == 1);
+  folder.write("bar-baseline.toml", unit::replaced(kept, "\"young_modulus\"", "\"young_modulos\""));
+  CHECK(ran(folder, "run bar.toml").code == 1);  // no row has it
   folder.write("bar-baseline.toml", kept);
   write("0.13, 0.26");  // a row less
   CHECK(ran(folder, "run bar.toml").code == 1);
