@@ -140,8 +140,9 @@ def report_of(paths, ledger, out):
     found = {path: results.fingerprint(path) for path in paths}
     linked = [HERE.parents[1] / folder for folder in ("cases", "reference")]  # whose files the page leads to
     names = [name for folder in linked if folder.is_dir() for name in sorted(os.listdir(folder))]
+    works = [file.read_bytes() for file in (linked[1] / "bibliography.bib",) if file.is_file()]
     inputs = [text for path, fingerprint in found.items() for text in (str(path), fingerprint)]
-    key = cache.checksum(code, json.dumps(ledger), str(out.absolute()), *names, *inputs)
+    key = cache.checksum(code, json.dumps(ledger), str(out.absolute()), *names, *inputs, *works)
     kept = cache.Cache(cache.home())
     made = kept.get(key)
     if made is not None:

@@ -16,11 +16,13 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from report import equation, studies
+
 REPORT = Path(__file__).with_name("report.py")
 TEXT = h5py.string_dtype("utf-8")
 CHECK = dict(
     metric="young_modulus", kind="verification", measured=1021.1862965340421, target=1021.1862965340418, tolerance=1e-9,
-    tolerance_text="1e-12 relative", reason="round-off", error=3e-13, margin=3e-4, verdict="pass", reference="fene-lj",
+    tolerance_text="1e-12 relative", reason="round-off", error=3e-13, margin=3e-4, verdict="pass", reference="fene-lj-rest-state",
     target_kind="high-precision", source="30 digits", claim="", holds="within", statement="The modulus is U''/r.",
 )  # fmt: skip
 NO_UNCERTAINTY = {f"uncertainty_{name}": math.nan for name in ("reference", "numerical", "input")}
@@ -177,8 +179,9 @@ class WrittenReport(unittest.TestCase):
         self.assertIn("11 cases: 4 pass, 1 fail, 6 error (5 unreadable)", self.ran.stdout)
 
     def test_page_needs_nothing_from_outside(self):
-        # Pictures within the SVG are part of the page.
-        self.assertNotRegex(self.page, r"""(?:src|href)\s*=\s*["'](?!#|data:image/png;base64,)""")
+        # Pictures within the SVG are part of the page; links may lead to files of the source tree.
+        without_links = re.sub(r'<a (?:class="id" )?href="(?:\.\./)+[\w/.-]+">', "", self.page)
+        self.assertNotRegex(without_links, r"""(?:src|href)\s*=\s*["'](?!#|data:image/png;base64,)""")
         self.assertNotRegex(self.page, r"@import|url\((?!#)|<img|<link|<script (?!>)|https?:")
 
     def test_page_states_every_verdict(self):
@@ -220,6 +223,11 @@ class WrittenReport(unittest.TestCase):
         self.assertEqual(len(ids), len(set(ids)))
         self.assertLessEqual(set(re.findall(r'href="#([^"]+)"', self.page)), set(ids))
         self.assertLessEqual(set(re.findall(r"url\(#([^)]+)\)", self.page)), set(ids))
+
+    def test_numbers_lead_to_their_sources(self):
+        self.assertRegex(self.page, r'\(reference <a href="(\.\./)+[\w/.-]+/reference/fene-lj-rest-state.toml">fene-lj-rest-state</a>\)')
+        self.assertIn('From <a href="#source-wu-qi-2014">wu-qi-2014</a>', self.page)
+        self.assertRegex(self.page, r'<dt id="source-wu-qi-2014">wu-qi-2014<dd>Wu, T.-H. and Qi, D. \(2014\)')
 
     def test_known_and_unknown_records_are_drawn(self):
         drawn = 2 + 6 + 2  # of tensile-two, filament-three and the two other filaments
@@ -293,8 +301,8 @@ class Published(unittest.TestCase):
             write_result(Path(folder), "sphere", "pass", [falling])
             page = page_of(folder)
         self.assertIn("2 of 3 agree within their uncertainties", page)
-        self.assertIn("<td>zick-homsy-1982<td>derive<td>2<td>1<td>5 %<td>5.7 %<td>5 %", page)
-        self.assertIn("<td>ten-cate-2002<td>derive<td>1<td>1<td>0 %<td>–<td>5 %", page)
+        self.assertIn("zick-homsy-1982</a><td>derive<td>2<td>1<td>5 %<td>5.7 %<td>5 %", page)
+        self.assertIn("ten-cate-2002</a><td>derive<td>1<td>1<td>0 %<td>–<td>5 %", page)
         self.assertIn("computed over published", page)
         self.assertIn("<i>numerical</i> 4 ", page)
 
@@ -316,9 +324,9 @@ class Published(unittest.TestCase):
             ledger.write_text(json.dumps(dict(claims=[], counts={}, benchmarks=benchmarks)))
             page = page_of(folder, "--claims", ledger)
         self.assertIn("1 of 1 systems agree; 1 are not compared yet", page)
-        self.assertIn("<td>1 %<td>2 %", page)
-        self.assertIn("<td>0.003<td>0.005", page)
-        self.assertIn("<td>tolerance<td>90 s", page)
+        self.assertIn('<td class="n">1 %<td class="n">2 %', page)
+        self.assertIn('<td class="n">0.003<td class="n">0.005', page)
+        self.assertIn('<td>tolerance<td class="n">90 s', page)
         self.assertIn("a flag <small>Values not confirmed.</small>", page)
 
     def test_results_of_before_and_without_uncertainties_have_no_such_section(self):
@@ -590,13 +598,28 @@ class FirstScreen(unittest.TestCase):
             ledger.write_text(json.dumps(dict(claims=[entry], counts={"not run": 1}, citation="wu-qi-2014")))
             page = page_of(folder, "--claims", ledger)
         self.assertIn("<h1>My bar</h1>", page)
-        for text in ('id="ledger"', 'class="panels"', 'class="findings"', "What the paper states", "Wu, T.-H.", 'id="filter"'):
+        for text in ('id="ledger"', 'class="panels"', 'class="findings"', "What the paper states", 'class="origin">Wu', 'id="filter"'):
             self.assertNotIn(text, page)
         self.assertRegex(page, r"<details open>\s*<summary>\s*<span")  # one case is shown at once
         self.assertLess(len(page), 40_000)
 
 
+class Equations(unittest.TestCase):
+    def test_letters_are_italic_words_are_not(self):
+        for text, made in {
+            "F_int = rho_f V (u_f - u_s)": "<i>F</i><sub>int</sub> = <i>ρ</i><sub><i>f</i></sub> <i>V</i> (<i>u</i><sub><i>f</i></sub> − <i>u</i><sub><i>s</i></sub>)",
+            "a step of a sqrt(nu t)": "a step of <i>a</i> √(<i>ν</i> <i>t</i>)",
+            "U''(r0)^(3/2) -> inf": "<i>U</i>′′(<i>r</i><sub>0</sub>)<sup>3/2</sup> → ∞",
+            "64 x 32, the body's leap-frog <b>": "64 × 32, the body’s leap-frog &lt;<i>b</i>&gt;",
+        }.items():
+            self.assertEqual(equation.typeset(text), made)
+
+
 class Page(unittest.TestCase):
+    def test_powers_of_ten_are_raised_in_ranges_of_errors(self):
+        self.assertEqual(studies.between(1e-6, math.inf).__html__(), "from 1 × 10<sup>−6</sup> up")
+        self.assertEqual(studies.between(0.5, 2.0).__html__(), "from 0.5 to 2")
+
     def test_long_curves_cost_little(self):
         x = np.linspace(0, 1, 10000)
         with tempfile.TemporaryDirectory() as folder:

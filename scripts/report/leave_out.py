@@ -27,10 +27,10 @@ def seconds_of(result):
 
 
 def rows(results):
-    """A row for each variant: result, name, how far it moves the case, bytes and seconds more than the case takes."""
+    """A row for each variant: result, name, how far it moves the case, bytes and, of repeats, seconds more than the case takes."""
     found = []
     for result, record in ablations(results):
-        seconds = seconds_of(result)
+        seconds = medians_of(result)
         for row in range(1, len(record)):
             found.append(
                 {

@@ -11,7 +11,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, cache, codes, cost, drawing, figures, findings, leave_out, motive, overview, published, stability, studies, text, topics
+from report import bond, cache, codes, cost, drawing, equation, figures, findings, leave_out, motive, overview, published, sources, stability, studies, text, topics
 from veriflex import results
 
 HERE = Path(__file__).parent
@@ -146,20 +146,12 @@ def environment():
     )
     shown = (text.numeral, text.side_by_side, text.badge, text.seconds, text.memory, bond.bands)
     asked = (text.anchor, text.wall_seconds, text.passed, text.worst_margin, text.dimension_of)
-    for function in (*shown, *asked, topics.rerun, topics.set_up, topics.sources_of, small_records, metric_rows, baselines):
+    for function in (*shown, *asked, topics.rerun, topics.set_up, sources.files_of, sources.reference_link, small_records, metric_rows, baselines):
         made.globals[function.__name__] = function
     made.filters["powers"] = drawing.powers
+    made.filters["typeset"] = equation.typeset
+    made.filters["cites"] = sources.linked
     return made
-
-
-def cited(key):
-    """A source in words, from the bibliography; its key where that does not hold it."""
-    try:
-        entry = (topics.ROOT / "reference/bibliography.bib").read_text("utf-8").partition("{" + key + ",")[2].partition("\n}")[0]
-    except OSError:
-        entry = ""
-    fields = dict(re.findall(r"(\w+)\s*=\s*\{(.*)\}", entry))
-    return f"{fields['author']} ({fields['year']}). {fields['title']}" if {"author", "year", "title"} <= fields.keys() else key
 
 
 def title_of(entries, results_read):
@@ -201,7 +193,7 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         broken=[result for result in standing if result.verdict not in ("pass", "measured")],
         title=title_of(entries, results_read),
         skipped=skipped,
-        citation=cited(ledger["citation"]) if entries and "citation" in ledger else "",
+        citation=sources.cited(ledger["citation"]) if entries and "citation" in ledger else "",
         sections={name for name, content in there.items() if content},
         section_names=SECTIONS,
         ledger=entries,
@@ -216,6 +208,7 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
         law_figures=law_figures,
         figures=figures_by_file,
         benchmarks=benchmarks,
+        works=sources.works(results_read, benchmarks),
         published_rows=measured_elsewhere,
         published_families=tried(published.families, measured_elsewhere, []),
         published_picture=tried(published.picture, measured_elsewhere, None),

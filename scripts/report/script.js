@@ -31,10 +31,12 @@ if (filter) { // a report of few cases has none
 function open() {
   const target = location.hash.length > 1 && document.getElementById(decodeURIComponent(location.hash.slice(1)));
   if (!target) return;
-  const one = target.closest(".case") || target;
-  one.hidden = false;
-  if (one.closest(".group")) one.closest(".group").hidden = false;
-  for (const inner of [one.querySelector("details"), target.closest("details")]) if (inner) inner.open = true;
+  const one = target.closest(".case");
+  if (one) {
+    one.hidden = one.closest(".group").hidden = false;
+    one.querySelector("details").open = true;
+  }
+  if (target.closest("details")) target.closest("details").open = true;
   target.scrollIntoView();
 }
 addEventListener("hashchange", open);
@@ -79,14 +81,17 @@ function hints(figure) {
   });
   return figure.points;
 }
+function place(event, figure) {
+  return new DOMPoint(event.clientX, event.clientY).matrixTransform(figure.getScreenCTM().inverse());
+}
 addEventListener("pointermove", (event) => {
   const figure = event.target.closest && event.target.closest("svg[data-hints]");
   hint.hidden = true;
   if (!figure) return;
-  const place = new DOMPoint(event.clientX, event.clientY).matrixTransform(figure.getScreenCTM().inverse());
+  const at = place(event, figure);
   let nearest = null;
   for (const point of hints(figure)) {
-    const far = Math.hypot(point.x - place.x, point.y - place.y);
+    const far = Math.hypot(point.x - at.x, point.y - at.y) / (figure.magnified || 1);
     if (far < 120 && (!nearest || far < nearest.far)) nearest = { far, text: point.text };
   }
   if (!nearest) return;
@@ -94,4 +99,71 @@ addEventListener("pointermove", (event) => {
   hint.hidden = false;
   hint.style.left = `${Math.min(event.pageX + 14, scrollX + innerWidth - hint.offsetWidth - 8)}px`;
   hint.style.top = `${event.pageY + 16}px`;
+});
+
+// A figure with values can be enlarged: wheel, + and - zoom, dragging moves, arrows go from value to value.
+const zoom = document.getElementById("zoom");
+const told = zoom.querySelector("output");
+let enlarged, whole, view, onPage, current; // onPage: its width there
+function look(x, y, width) {
+  const height = width * whole.height / whole.width;
+  view = { x: Math.max(0, Math.min(x, whole.width - width)), y: Math.max(0, Math.min(y, whole.height - height)), width, height };
+  enlarged.setAttribute("viewBox", `${view.x} ${view.y} ${width} ${height}`);
+  enlarged.magnified = width / whole.width;
+  enlarged.style.setProperty("--part", enlarged.magnified * onPage / enlarged.clientWidth); // lines and letters stay as they are
+}
+function magnify(by, at = { x: view.x + view.width / 2, y: view.y + view.height / 2 }) {
+  const width = Math.min(whole.width, Math.max(whole.width / 50, view.width / by));
+  look(at.x - (at.x - view.x) * width / view.width, at.y - (at.y - view.y) * width / view.width, width);
+}
+function step(by) {
+  const points = hints(enlarged);
+  current = (current + by + points.length) % points.length;
+  const { x, y, text } = points[current];
+  told.value = text;
+  if (x < view.x || x > view.x + view.width || y < view.y || y > view.y + view.height) look(x - view.width / 2, y - view.height / 2, view.width);
+  const ring = enlarged.querySelector("circle") || enlarged.appendChild(document.createElementNS(enlarged.namespaceURI, "circle"));
+  ring.setAttribute("cx", x);
+  ring.setAttribute("cy", y);
+}
+for (const figure of document.querySelectorAll("svg[data-hints]")) {
+  const button = document.createElement("button");
+  button.type = "button";
+  button.className = "enlarge";
+  button.textContent = "Enlarge";
+  button.setAttribute("aria-label", `Enlarge: ${figure.getAttribute("aria-label").split(/[.:;]/)[0]}`);
+  figure.after(button);
+  button.addEventListener("click", () => {
+    enlarged = figure.cloneNode(true);
+    enlarged.removeAttribute("id");
+    zoom.querySelector("div").replaceChildren(enlarged);
+    whole = figure.viewBox.baseVal;
+    onPage = 1.2 * figure.clientWidth;
+    current = -1;
+    told.value = "";
+    zoom.append(hint);
+    zoom.showModal();
+    look(0, 0, whole.width);
+  });
+}
+zoom.addEventListener("close", () => document.body.append(hint));
+zoom.addEventListener("click", (event) => {
+  const by = event.target.dataset.by;
+  if (by === "close") zoom.close();
+  else if (by) magnify(+by);
+});
+zoom.addEventListener("keydown", (event) => {
+  const does = { "+": () => magnify(1.5), "-": () => magnify(1 / 1.5), "0": () => magnify(0), ArrowRight: () => step(1), ArrowLeft: () => step(-1) }[event.key];
+  if (!does || event.ctrlKey || event.metaKey) return;
+  event.preventDefault();
+  does();
+});
+zoom.addEventListener("wheel", (event) => {
+  event.preventDefault();
+  magnify(event.deltaY < 0 ? 1.2 : 1 / 1.2, place(event, enlarged));
+}, { passive: false });
+zoom.addEventListener("pointermove", (event) => {
+  if (!event.buttons || !event.target.closest("svg")) return;
+  const pixel = view.width / enlarged.clientWidth;
+  look(view.x - event.movementX * pixel, view.y - event.movementY * pixel, view.width);
 });

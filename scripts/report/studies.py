@@ -5,6 +5,7 @@ import re
 import tomllib
 
 import numpy as np
+from markupsafe import Markup
 from matplotlib.lines import Line2D
 
 from report.drawing import MARK, NARROW, TALL, Figure, canvas, column_label, drawable, inline_svg, label_points, legend_above, markers
@@ -383,13 +384,14 @@ def cheapest_ranges(results):
     for result, axis, table, at in settings_by_axis(results):
         at = sorted(at[np.isfinite(table["cheapest_from"][at])], key=lambda row: -table["cheapest_from"][row])
         if len(at) > 1:
-            parts = [f"{table['value'][row]} {between(table['cheapest_from'][row], table['cheapest_below'][row])}" for row in at]
-            rows.append({"result": result, "axis": axis, "settings": "; ".join(parts)})
+            parts = [Markup("{} {}").format(table["value"][row], between(table["cheapest_from"][row], table["cheapest_below"][row])) for row in at]
+            rows.append({"result": result, "axis": axis, "settings": Markup("; ").join(parts)})
     return rows
 
 
 def between(low, high):
-    return f"from {numeral(low, 2)} up" if np.isinf(high) else f"from {numeral(low, 2)} to {numeral(high, 2)}"
+    least = Markup("from {} ").format(numeral(low, 2))
+    return least + "up" if np.isinf(high) else least + Markup("to {}").format(numeral(high, 2))
 
 
 def never_worth(results):

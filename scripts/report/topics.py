@@ -1,11 +1,10 @@
-"""Where a case stands on the page: its group, its set-up, the files that it comes from."""
+"""Where a case stands on the page: its group, its set-up, the command that runs it again."""
 
 import tomllib
-from pathlib import Path
 
 from report import text
+from report.sources import ROOT
 
-ROOT = Path(__file__).parents[2]  # of the source tree
 COST = "Cost, and parts left out"
 # Headings and the topics that belong under them; a case stands under the first that it has a topic of.
 GROUPS = {
@@ -99,21 +98,6 @@ def monitored(result, *keys):
         return float(value)
     except (tomllib.TOMLDecodeError, KeyError, TypeError, ValueError):
         return None
-
-
-def sources_of(result, out):
-    """Files of the source tree that the case comes from: (what, name, address from the page or None outside the tree)."""
-    names = [("case", f"cases/{result.case_id}.toml")]
-    stem = result.driver.replace("-", "_")
-    names += [("driver", str(path.relative_to(ROOT))) for path in sorted((ROOT / "verify/measures").glob(f"*/{stem}.cpp"))]
-    names += [("reference", f"reference/{reference.id}.toml") for reference in result.references]
-    folder = Path(out).resolve().parent
-    found = []
-    for what, name in names:
-        if (ROOT / name).is_file():
-            steps = len(folder.relative_to(ROOT).parts) if ROOT in (folder, *folder.parents) else None
-            found.append((what, name, None if steps is None else "../" * steps + name))
-    return found
 
 
 def rerun(result):
