@@ -186,9 +186,11 @@ void add_settings(CLI::App& command, Options& options) {
 }
 
 void add_labels(CLI::App& command, Options& options) {
-  command.add_option("--tier", options.tier, "only cases of this tier: quick, full or paper")
+  command
+      .add_option("--tier", options.tier,
+                  "only cases of this tier (quick, full, paper), of those that are not named in full")
       ->check(CLI::IsMember(engine::tiers()));
-  command.add_option("--topic", options.topic, "only cases with this topic");
+  command.add_option("--topic", options.topic, "only cases with this topic, likewise");
 }
 
 void add_case_folder(CLI::App& command, Options& options) {

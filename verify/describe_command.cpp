@@ -147,6 +147,17 @@ void print_manual(const CLI::App& app) {
 
 }  // namespace
 
+// The driver meant by a word of its name alone, "wave" for "plane-wave"; what is given, where none or several
+// have it.
+std::string driver_by_word(const std::vector<std::string>& drivers, const std::string& given) {
+  std::vector<std::string> found;
+  for (const std::string& name : drivers) {
+    if (name == given) return given;
+    if (("-" + name + "-").find("-" + given + "-") != std::string::npos) found.push_back(name);
+  }
+  return found.size() == 1 ? found.front() : given;
+}
+
 void add_new_command(CLI::App& app) {
   struct Words {
     std::string driver, id;
@@ -156,9 +167,12 @@ void add_new_command(CLI::App& app) {
   for (const engine::Driver& driver : measures::all()) drivers.push_back(driver.name);
   CLI::App* command =
       app.add_subcommand("new", "print a case of a driver, with comments, that runs as it stands");
-  command->add_option("--driver", words->driver, "the kind of study")
+  command
+      ->add_option("--driver", words->driver,
+                   "the kind of study; a word that one of them alone has is enough")
       ->required()
-      ->check(CLI::IsMember(drivers));
+      ->check(CLI::IsMember(drivers))
+      ->transform([drivers](const std::string& given) { return driver_by_word(drivers, given); });
   command->add_option("id", words->id, "its name (default: that of the file it is written to)");
   command->footer("Example: veriflex new --driver tensile > mine.toml; veriflex run mine.toml");
   command->callback([words] {

@@ -8,6 +8,7 @@
 #include <csignal>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "base/error.hpp"
@@ -165,6 +166,7 @@ int run_study(StudyOptions& o, const std::string& table, const std::string& text
 
 // Copies rows that other machines made, and makes the study whole.
 int merge_command(StudyOptions& o) {
+  std::size_t rows = 0;
   for (const std::string& from : o.from) {
     std::error_code unknown;
     if (!fs::is_directory(from, unknown)) {
@@ -179,8 +181,14 @@ int merge_command(StudyOptions& o) {
         if (row.path().extension() != ".h5" || fs::equivalent(row.path(), to, unknown)) continue;
         fs::create_directories(to.parent_path());
         io::write_file(to, io::read_file(row.path()));
+        ++rows;
       }
     }
+  }
+  if (o.json) {
+    say("{}\n", nlohmann::ordered_json{{"rows", rows}, {"out", o.out}}.dump(2));
+  } else {
+    say("{} row{} gathered in {}\n", rows, rows == 1 ? "" : "s", o.out);
   }
   return exit_code::success;
 }
@@ -269,6 +277,7 @@ void add_study_commands(CLI::App& app, int& exit_code) {
       app.add_subcommand("merge", "gather the rows of shards; the study run again then finds them all");
   merge->add_option("from", o->from, "folders that shards wrote to with --out")->required();
   merge->add_option("--out", o->out, "folder to gather them in")->capture_default_str();
+  merge->add_flag("--json", o->json, "print how many rows were gathered, and where, as JSON");
   merge->footer("Example: veriflex merge node-1 node-2 --out results");
   merge->callback([o, &exit_code] { exit_code = merge_command(*o); });
 

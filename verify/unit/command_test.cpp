@@ -195,6 +195,9 @@ TEST_CASE("A new case of every driver is valid, and called like its file") {
   CHECK_THAT(named.out, ContainsSubstring("id = \"bar\""));
   CHECK_THAT(named.out, ContainsSubstring("# `displacement` or `load`"));
   CHECK(folder.run({"new", "--driver", "tensil"}).code == 2);
+  CHECK(folder.run({"new", "--driver", "stability"}).code == 2);  // of a stream or of a coupling
+  CHECK(folder.run({"new", "--driver", "wave", "mine"}).out ==
+        folder.run({"new", "--driver", "plane-wave", "mine"}).out);
 }
 
 TEST_CASE("Completion and manual know every command and option") {

@@ -424,7 +424,8 @@ TEST_CASE("Shards make what one machine makes") {
   const std::string words = "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.3 --json --out ";
   CHECK(ran(folder, words + "one --shard 1/2").code == 0);
   CHECK(ran(folder, words + "two --shard 2/2").code == 0);
-  CHECK(ran(folder, "merge one two --out both").code == 0);
+  CHECK(ran(folder, "merge one two --out both").out == "3 rows gathered in both\n");
+  CHECK(nlohmann::json::parse(ran(folder, "merge one two --out again --json").out).at("rows") == 3);
   const Ran merged = ran(folder, words + "both"), whole = ran(folder, words + "whole");
   REQUIRE(merged.code == 0);
   const auto sweep_of = [&](const Ran& r) {
