@@ -102,7 +102,7 @@ def verdict_table(results_read, unreadable, counts_of_paper, skipped):
         + (f"; not counted: {len(changed)} changed by --set" if changed else "")
     )
     if skipped:
-        lines.append(f"not run: {skipped} (make verify TIER=full)")
+        lines.append(f"not run: {skipped} (veriflex verify --tier full)")
     if counts_of_paper:
         lines.append(f"statements of the paper: {standings_in_words(counts_of_paper)}")
     return lines

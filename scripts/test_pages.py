@@ -52,6 +52,9 @@ class Followed(unittest.TestCase):
                 self.type_in(text, text, env=environment)
         return [kind for kind, _, _ in blocks(page)]
 
+    def follow_page(self, name, builds=False):
+        return self.follow((ROOT / "docs" / f"{name}.md").read_text("utf-8"), builds)
+
     def type_in(self, command, what, **options):
         ran = subprocess.run(["sh", "-eu", "-c", command], cwd=self.path, capture_output=True, text=True, **options)
         self.assertEqual(ran.returncode, 0, what + ran.stdout + ran.stderr)
@@ -59,6 +62,13 @@ class Followed(unittest.TestCase):
 
     def report(self):
         return (self.path / "results" / "report.html").read_text("utf-8")
+
+
+class Links(unittest.TestCase):
+    def test_each_leads_to_a_file(self):
+        for page in (ROOT / "README.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").glob("*.md")):
+            for target in re.findall(r"\]\(([^)#\s]+)\)", page.read_text("utf-8")):
+                self.assertTrue((page.parent / target).exists(), f"{page.name}: {target}")
 
 
 @unittest.skipUnless(COMMAND, "no command was given")
@@ -72,20 +82,25 @@ class Pages(Followed):
             (self.path / folder / "veriflex").symlink_to(COMMAND)
 
     def test_first_case(self):
-        page = (ROOT / "README.md").read_text("utf-8")
-        section = re.search(r"^## A first case of your own.*?(?=^## )", page, re.M | re.S).group(0)
-        self.assertEqual(self.follow(section), ["toml", "sh"])
+        self.assertEqual(self.follow_page("FIRST_CASE"), ["toml", "sh", "sh"])
         self.assertIn("My bar", self.report())
+        self.assertIn("strain,stress", (self.path / "curve.csv").read_text("utf-8"))
+
+    def test_studies(self):
+        self.follow_page("FIRST_CASE")
+        self.assertEqual(self.follow_page("STUDIES"), ["sh", "sh", "slurm", "sh"])
+        kept = [len(list((self.path / f"part-{n}").glob("*rows/*.h5"))) for n in (1, 2, 3, 4)]
+        self.assertEqual(kept, [1, 1, 1, 1])
 
     def test_own_scene(self):
-        kinds = self.follow((ROOT / "docs" / "OWN_SCENE.md").read_text("utf-8"))
+        kinds = self.follow_page("OWN_SCENE")
         self.assertEqual(kinds, ["toml"] + 5 * ["sh"])
         self.assertIn("A flexible rod on the floor of a channel", self.report())
         self.assertTrue((self.path / "results" / "reed.snapshots" / "flow.pvd").exists())
         self.assertIn("rod_support_x", (self.path / "forces.csv").read_text("utf-8"))
 
     def test_own_solver(self):
-        kinds = self.follow((ROOT / "docs" / "OWN_SOLVER.md").read_text("utf-8"))
+        kinds = self.follow_page("OWN_SOLVER")
         self.assertEqual(kinds, ["csv", "toml", "sh", "sh", "sh", "sh lmp", "sh lmp"])
         self.assertIn('<section id="codes">', self.report())
         self.assertIn("my solver 1.3", self.report())
@@ -95,7 +110,7 @@ class Pages(Followed):
         for shared in ("cases", "lib/bond", "verify/unit"):
             (self.path / shared).unlink(missing_ok=True)
             shutil.copytree(ROOT / shared, self.path / shared)
-        kinds = self.follow((ROOT / "docs" / "OWN_BOND_LAW.md").read_text("utf-8"))
+        kinds = self.follow_page("OWN_BOND_LAW")
         self.assertEqual(kinds, ["cpp", "diff"] + 3 * ["sh build"] + 3 * ["toml"] + ["sh build"])
         (self.path / "lib" / "CMakeLists.txt").write_text(LAWS_ALONE, "utf-8")
         cache = dict(re.findall(r"^(\w+):\w+=(.*)$", (BUILD / "CMakeCache.txt").read_text("utf-8"), re.M))
@@ -134,7 +149,7 @@ class OwnBondLaw(Followed):
         self.type_in("cmake --preset release", "")
         (self.path / "bin").mkdir()
         (self.path / "bin" / "veriflex").symlink_to(self.path / "build" / "release" / "veriflex")
-        self.follow((ROOT / "docs" / "OWN_BOND_LAW.md").read_text("utf-8"), builds=True)
+        self.follow_page("OWN_BOND_LAW", builds=True)
         self.assertIn("Stiffest body that a step carries, by bond law", self.report())
 
 
