@@ -49,7 +49,7 @@ void print(const std::vector<Quantity>& all) {
   for (const Quantity& q : all) {
     if (q.fault.empty()) continue;
     good = false;
-    say("  {} = {:.3g}: {}. Take {}\n", q.name, q.lattice, q.fault, q.remedy);
+    say("  {} = {:.6g}: {}. Take {}\n", q.name, q.lattice, q.fault, q.remedy);
   }
   if (good) say("  all within their good range\n");
 }

@@ -54,7 +54,7 @@ void add_flow(const Told& told, double viscosity, Collected& to) {
   to.add("mach", "Ma", mach);
   if (mach > good_mach) {
     to.fault(fmt::format("compression errs by Ma^2, {:.2g} %", 100.0 * mach * mach),
-             fmt::format("a time step {:.2g} times shorter, tau - 1/2 larger by the same factor",
+             fmt::format("a time step {:.2g} times shorter, tau - 1/2 smaller by the same factor",
                          mach / good_mach));
   }
   to.add("grid_reynolds", "U dx/nu", grid_reynolds);
@@ -115,7 +115,7 @@ std::vector<Quantity> quantities(const Told& told, const std::optional<Units>& u
     to.add("relaxation_time", "tau", tau);
     if (tau < small_tau)
       to.fault("what the lattice does not resolve hardly decays",
-               "a shorter length per spacing, or a larger speed U");
+               "a finer spacing, or a longer time step, with which the speed U on the lattice is larger");
     if (tau > large_tau)
       to.fault("walls and time steps err with the square of tau - 1/2", "a shorter time step");
     to.add("viscosity", "nu", viscosity, 0, 2, -1, "m^2/s");

@@ -278,6 +278,20 @@ TEST_CASE("A flow in SI becomes lattice values that say the same") {
   CHECK_THROWS_AS(engine::lattice_of(wrong), BadParameter);
 }
 
+TEST_CASE("What a fast flow is told to change is a slower lattice of the same viscosity") {
+  // Mach 0.2: half the time step halves both Ma and tau - 1/2.
+  const engine::Physical flow{
+      .viscosity = 1e-6, .speed = 0.01, .length = 1e-3, .density = 1000.0, .spacings = 20.0, .mach = 0.2};
+  engine::Physical slower = flow;
+  slower.mach = 0.1;
+  const double tau = *engine::lattice_of(flow).told.relaxation_time;
+  CHECK(*engine::lattice_of(slower).told.relaxation_time - 0.5 == Approx((tau - 0.5) / 2.0).epsilon(1e-12));
+  const std::vector<engine::Quantity> all = engine::quantities(engine::lattice_of(flow).told, std::nullopt);
+  const auto mach = std::find_if(all.begin(), all.end(), [](const auto& q) { return q.name == "mach"; });
+  REQUIRE(mach != all.end());
+  CHECK(mach->remedy == "a time step 2 times shorter, tau - 1/2 smaller by the same factor");
+}
+
 TEST_CASE("Numbers outside of their good range are told with what to change") {
   const auto faults = [](const engine::Told& told) {
     std::set<std::string> found;
@@ -296,6 +310,26 @@ TEST_CASE("Numbers outside of their good range are told with what to change") {
                 .speed = 0.05,
                 .bodies = {{.name = "rod", .young_modulus = 0.01, .density = 0.5, .is_coupled = true}}}) ==
         Names{"rod.density_ratio", "rod.cauchy"});
+}
+
+TEST_CASE("units tells a scene by its inflow or its force, and by what stands in it") {
+  const Folder folder;
+  const auto told = [&](const std::vector<std::string>& words) {
+    const Ran ran = folder.run(words);
+    REQUIRE(ran.code == 0);
+    std::map<std::string, double> lattice;
+    const json said = json::parse(ran.out);
+    for (const json& q : said["quantities"]) lattice[q["name"]] = q["lattice"];
+    return lattice;
+  };
+  std::map<std::string, double> cylinder = told({"units", "cylinder-in-channel", "--json"});
+  CHECK(cylinder["length"] == 10.0);
+  CHECK(cylinder["speed"] == 0.1);  // on the axis: 3/2 of the mean, of which Re = 20
+  CHECK(cylinder["reynolds"] == Approx(30.0).epsilon(1e-12));
+  std::map<std::string, double> plates = told({"units", "scene-poiseuille-alone", "--json"});
+  CHECK(plates["length"] == 8.0);
+  CHECK(plates["speed"] == Approx(1e-6 * 64.0 / (8.0 / 6.0)).epsilon(1e-12));
+  CHECK(plates["mach"] == Approx(plates["speed"] * std::sqrt(3.0)).epsilon(1e-12));
 }
 
 TEST_CASE("units prints a scene's numbers in both systems") {
