@@ -5,7 +5,7 @@ import tomllib
 from report import text
 from report.sources import ROOT
 
-COST = "Cost, and parts left out"
+COST, OTHERS = "Cost, and parts left out", "Other cases"
 # Headings and the topics that belong under them; a case stands under the first that it has a topic of.
 GROUPS = {
     "The paper’s filament": {"filament"},
@@ -38,7 +38,7 @@ def group_of(result):
             if heading == COST and is_compared(result):
                 continue  # its sizes are there to meet what is known: under its own subject
             return heading
-    return result.topics[0].capitalize() if result.topics else "Other cases"
+    return result.topics[0].capitalize() if result.topics else OTHERS
 
 
 def grouped(results):
@@ -46,6 +46,8 @@ def grouped(results):
     found = {}
     for result in results:
         found.setdefault(group_of(result), []).append(result)
+    if list(found) == [OTHERS]:
+        found = {"Cases": found[OTHERS]}
     order = [*ORDER, *(heading for heading in GROUPS if heading not in ORDER)]
     return sorted(found.items(), key=lambda group: order.index(group[0]) if group[0] in order else len(order))
 
