@@ -14,7 +14,7 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from report import cache, text, topics
+from report import cache, parent, text, topics
 from veriflex import results
 
 WRITTEN, USAGE, UNWRITABLE = 0, 2, 4
@@ -182,7 +182,10 @@ def main(arguments=None):
     parser.add_argument("--out", type=Path, metavar="FILE.html", help="default: RESULTS_DIR/report.html")
     parser.add_argument("--claims", type=Path, metavar="FILE.json", help="the ledger, from `veriflex claims --json`")
     parser.add_argument("--json", action="store_true", help="print the verdicts as JSON")
+    parser.add_argument("--parent", type=int, help=argparse.SUPPRESS)  # process id of the command that asks for the page
     options = parser.parse_args(arguments)
+    if options.parent:
+        parent.end_with(options.parent)
     for stream in (sys.stdout, sys.stderr):
         stream.reconfigure(errors="backslashreplace")  # names of files may be no text
     out = options.out or options.folder / "report.html"

@@ -25,7 +25,8 @@ namespace veriflex {
 
 namespace fs = std::filesystem;
 
-// The report is drawn by a script from the result files and the ledger; it inherits standard output.
+// The report is drawn by a script from the result files and the ledger; it inherits standard output and ends with its
+// parent.
 int report_command(const std::string& results, const std::string& report, bool json) {
   int code = exit_code::success;
   std::vector<std::string> words{repository::report_script().string(), results};
@@ -47,6 +48,7 @@ int report_command(const std::string& results, const std::string& report, bool j
   }
   if (json) words.emplace_back("--json");
   if (!report.empty()) words.insert(words.end(), {"--out", report});
+  words.insert(words.end(), {"--parent", std::to_string(getpid())});
   std::vector<char*> arguments;
   for (std::string& word : words) arguments.push_back(word.data());
   arguments.push_back(nullptr);

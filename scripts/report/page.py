@@ -11,7 +11,7 @@ from pathlib import Path
 import jinja2
 from markupsafe import Markup
 
-from report import bond, cache, codes, cost, drawing, equation, figures, findings, leave_out, motive, overview, published, sources, stability, studies, text, topics
+from report import bond, cache, codes, cost, drawing, equation, figures, findings, leave_out, motive, overview, parent, published, sources, stability, studies, text, topics
 from veriflex import results
 
 HERE = Path(__file__).parent
@@ -119,7 +119,7 @@ def in_parallel(work, arguments, progress):
     workers = min(len(os.sched_getaffinity(0)), len(arguments))
     done = []
     try:
-        with concurrent.futures.ProcessPoolExecutor(workers) as pool:
+        with concurrent.futures.ProcessPoolExecutor(workers, initializer=parent.end_with, initargs=(os.getpid(),)) as pool:
             for found in pool.map(work, *zip(*arguments), chunksize=max(1, len(arguments) // (8 * workers))):
                 done.append(found)
                 progress(len(done), len(arguments))
