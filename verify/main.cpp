@@ -5,10 +5,13 @@
 
 #include <CLI/CLI.hpp>
 #include <csignal>
+#include <cstdio>
 #include <cstdlib>
 #include <cstring>
+#include <exception>
 #include <filesystem>
 #include <iostream>
+#include <new>
 #include <system_error>
 
 #include "advise_command.hpp"
@@ -100,6 +103,13 @@ int run(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
     veriflex::complain("command line: {}. {}", error.what(), suggestion(app));
     return exit_code::input;
+  }
+}
+
+// The exit code of the command, whatever it ended by.
+int ended(int argc, char** argv) {
+  try {
+    return run(argc, argv);
   } catch (const std::system_error& error) {
     // fmt::print could not write; of other kinds are only file names, which are the user's.
     const bool is_name = dynamic_cast<const std::filesystem::filesystem_error*>(&error) != nullptr;
@@ -123,15 +133,29 @@ void say_who_ended() {
   std::_Exit(exit_code::numerical);
 }
 
+// Where no exception may pass (in a thread of OpenMP, in some functions of CLI11), lack of memory ends the
+// program all the same, with its name.
+[[noreturn]] void end_without_memory() {
+  try {
+    if (std::current_exception()) throw;
+  } catch (const std::bad_alloc&) {
+    std::fputs("veriflex: out of memory. Use a smaller scene (see veriflex plan)\n", stderr);
+    std::_Exit(exit_code::numerical);
+  } catch (...) {
+  }
+  std::abort();
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   std::atexit(say_who_ended);
+  std::set_terminate(end_without_memory);
   occupy_standard_streams();
   // Both would end the program in the middle of a run: without them, writing fails and says so.
   std::signal(SIGPIPE, SIG_IGN);
   std::signal(SIGXFSZ, SIG_IGN);
-  const int code = said(run(argc, argv));
+  const int code = said(ended(argc, argv));
   has_ended = true;
   return code;
 }

@@ -1,6 +1,8 @@
 /// Sums and extremes over a box, however a fluid carries its density and momentum.
 #pragma once
 
+#include <omp.h>
+
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -31,16 +33,29 @@ struct RowMoments {
   std::array<std::vector<double>, 3> momentum;  // sum f c  [M L^-1 T^-2]
 };
 
-/// `reader(y, z, row)` fills in the moments of a row; each plane has a copy of its own. Nodes that are
+/// What a thread reads rows by and into, made before there are threads: lack of memory within one would end
+/// the program.
+template <class Reader>
+struct RowReader {
+  Reader read;
+  RowMoments row;
+};
+
+template <class Reader>
+std::vector<RowReader<Reader>> one_per_thread(const Reader& reader, std::int64_t nx) {
+  return {static_cast<std::size_t>(omp_get_max_threads()), {reader, RowMoments(nx)}};
+}
+
+/// `reader(y, z, row)` fills in the moments of a row; each thread has a copy of its own. Nodes that are
 /// `inside(node)` are left out. The last bits of the sums do not depend on the number of threads.
 template <class Reader, class Inside>
 Totals totals_of(const Grid& grid, std::int64_t steps, const Reader& reader, const Inside& inside) {
+  std::vector<RowReader<Reader>> of_threads = one_per_thread(reader, grid.size[0]);
   std::vector<Totals> planes(static_cast<std::size_t>(grid.size[2]), Totals{0.0, Vec3::Zero(), Vec3::Zero()});
 #pragma omp parallel for schedule(static) if (grid.count() >= worth_threads)
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
     Totals& sum = planes[static_cast<std::size_t>(z)];
-    Reader read = reader;
-    RowMoments row(grid.size[0]);
+    auto& [read, row] = of_threads[static_cast<std::size_t>(omp_get_thread_num())];
     for (std::int64_t y = 0; y < grid.size[1]; ++y) {
       read(y, z, row);
       for (std::int64_t x = 0; x < grid.size[0]; ++x) {
@@ -103,12 +118,12 @@ inline bool may_be_worse(const RowMoments& row, const Extremes& worst) {
 /// As above.
 template <class Reader, class Inside>
 Extremes extremes_of(const Grid& grid, const Reader& reader, const Inside& inside) {
+  std::vector<RowReader<Reader>> of_threads = one_per_thread(reader, grid.size[0]);
   std::vector<Extremes> planes(static_cast<std::size_t>(grid.size[2]));
 #pragma omp parallel for schedule(static) if (grid.count() >= worth_threads)
   for (std::int64_t z = 0; z < grid.size[2]; ++z) {
     Extremes worst{INFINITY, grid.index(0, 0, z), 0.0, grid.index(0, 0, z)};
-    Reader read = reader;
-    RowMoments row(grid.size[0]);
+    auto& [read, row] = of_threads[static_cast<std::size_t>(omp_get_thread_num())];
     for (std::int64_t y = 0; y < grid.size[1]; ++y) {
       read(y, z, row);
       if (!may_be_worse(row, worst)) continue;

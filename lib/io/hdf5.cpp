@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <new>
 #include <span>
 #include <stdexcept>
 #include <string_view>
@@ -32,11 +33,30 @@ std::string seal_of(const std::string& name, std::string_view structure) {
   return seal;
 }
 
+// Throws what has just made the library refuse: lack of memory, or a mistake of the caller.
+[[noreturn]] void refused(const std::string& what) {
+  struct Reasons {
+    bool lacks_memory = false;
+    std::string all;
+  } reasons;
+  const auto look = [](unsigned, const H5E_error2_t* error, void* to) -> herr_t {
+    Reasons& found = *static_cast<Reasons*>(to);
+    const hid_t minor = error->min_num;
+    if (error->maj_num == H5E_RESOURCE || minor == H5E_NOSPACE || minor == H5E_CANTALLOC)
+      found.lacks_memory = true;
+    found.all += fmt::format("; {}", error->desc);
+    return 0;
+  };
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, look, &reasons);
+  if (reasons.lacks_memory) throw std::bad_alloc();
+  throw std::runtime_error(fmt::format("HDF5 library: cannot {}{}", what, reasons.all));
+}
+
 // An HDF5 identifier with the function that closes it.
 class Handle {
  public:
   Handle(hid_t id, herr_t (*close)(hid_t), const std::string& what) : id_(id), close_(close) {
-    if (id < 0) throw std::runtime_error(fmt::format("HDF5 library: cannot make {}", what));
+    if (id < 0) refused("make " + what);
   }
   ~Handle() { close_(id_); }
   Handle(const Handle&) = delete;
@@ -49,7 +69,7 @@ class Handle {
 };
 
 void check(herr_t status, const std::string& what) {
-  if (status < 0) throw std::runtime_error(fmt::format("HDF5 library: cannot write {}", what));
+  if (status < 0) refused("write " + what);
 }
 
 Handle utf8_text() {
@@ -131,7 +151,7 @@ Hdf5Image::Hdf5Image() {
   const Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose, "file properties");
   check(H5Pset_fapl_core(access, std::size_t{1} << 20, false), "file properties");
   file_ = H5Fcreate(new_name().c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
-  if (file_ < 0) throw std::runtime_error("HDF5 library: cannot make a file in memory");
+  if (file_ < 0) refused("make a file in memory");
 }
 
 Hdf5Image::~Hdf5Image() { H5Fclose(file_); }
@@ -206,11 +226,11 @@ void Hdf5Image::ascii_attribute(const std::string& path, const std::string& name
 std::vector<char> Hdf5Image::bytes(const std::string& name) const {
   check(H5Fflush(file_, H5F_SCOPE_GLOBAL), "the file");
   const ssize_t size = H5Fget_file_image(file_, nullptr, 0);
-  if (size < 0) throw std::runtime_error("HDF5 library: cannot read back the file made in memory");
+  if (size < 0) refused("read back the file made in memory");
   std::vector<char> image(seal_size + static_cast<std::size_t>(size));
   char* const structure = image.data() + seal_size;
   if (H5Fget_file_image(file_, structure, static_cast<std::size_t>(size)) != size) {
-    throw std::runtime_error("HDF5 library: cannot read back the file made in memory");
+    refused("read back the file made in memory");
   }
   const std::string seal = seal_of(name, {structure, static_cast<std::size_t>(size)});
   std::copy(seal.begin(), seal.end(), image.begin());

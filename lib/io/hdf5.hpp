@@ -17,8 +17,8 @@ inline const std::string snapshot_seal = "veriflex-snapshot";
 
 /// The file being made. Paths are absolute ("/records/potential"); groups on the way to a data set are made
 /// as needed. Identical calls give identical bytes: no times are stored. Every function throws
-/// std::runtime_error naming the path when the HDF5 library refuses, which is a mistake of the caller or lack
-/// of memory.
+/// std::bad_alloc when the HDF5 library lacks memory, and std::runtime_error naming the path when it refuses
+/// otherwise, which is a mistake of the caller.
 class Hdf5Image {
  public:
   Hdf5Image();
@@ -62,6 +62,7 @@ class Hdf5File {
   Hdf5File(const Hdf5File&) = delete;
   Hdf5File& operator=(const Hdf5File&) = delete;
 
+  const std::string& name() const { return name_; }                               // as messages give it
   std::string attribute(const std::string& path, const std::string& name) const;  // a text
   std::int64_t integer(const std::string& path, const std::string& name) const;   // an attribute
   std::vector<std::string> attribute_texts(const std::string& path, const std::string& name) const;
