@@ -17,6 +17,7 @@
 #include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "base/stop.hpp"
+#include "engine/columns.hpp"
 #include "io/document.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
@@ -465,14 +466,15 @@ observe::Record read_table(const io::Hdf5File& file, const std::string& group) {
     return file.has_attribute(path, name) ? file.attribute(path, name) : std::string();
   };
   observe::Record table{group.substr(group.rfind('/') + 1), said(group, "title"), {}};
+  Columns columns(file, group);
   for (const std::string& column : file.attribute_texts(group, "columns")) {
-    const std::string path = group + "/" + column;
+    const std::string path = columns.path_of(column);
     table.columns.push_back(
         {column, said(path, "symbol"), said(path, "dimension"), said(path, "meaning"), {}});
     if (file.holds_texts(path)) {
-      table.columns.back().texts = file.texts(path);
+      table.columns.back().texts = columns.texts(column);
     } else {
-      table.columns.back().values = file.numbers(path);
+      table.columns.back().values = columns.numbers(column);
     }
   }
   return table;

@@ -4,9 +4,9 @@
 
 #include <algorithm>
 #include <numeric>
-#include <optional>
 
 #include "base/error.hpp"
+#include "engine/columns.hpp"
 #include "engine/only.hpp"
 #include "engine/result.hpp"
 #include "io/hdf5.hpp"
@@ -17,33 +17,8 @@ namespace fs = std::filesystem;
 
 namespace {
 
-/// The columns of a table, which must be of one length.
-class Columns {
- public:
-  Columns(const io::Hdf5File& file, std::string group, const fs::path& path)
-      : file_(file), group_(std::move(group)), path_(path) {}
-
-  std::vector<std::string> texts(const char* name) { return held(file_.texts(group_ + "/" + name)); }
-  std::vector<double> numbers(const char* name) { return held(file_.numbers(group_ + "/" + name)); }
-  std::size_t rows() const { return rows_.value_or(0); }
-
- private:
-  template <class Values>
-  Values held(Values values) {
-    if (!rows_) rows_ = values.size();
-    if (*rows_ == values.size()) return values;
-    throw InputError({path_.string()}, fmt::format("the columns of {} differ in length", group_),
-                     "the file is not as its schema says", "Run the case again");
-  }
-
-  const io::Hdf5File& file_;
-  std::string group_;
-  fs::path path_;
-  std::optional<std::size_t> rows_;
-};
-
-std::vector<StoredCheck> read_checks(const io::Hdf5File& file, const fs::path& path) {
-  Columns columns(file, "/checks", path);
+std::vector<StoredCheck> read_checks(const io::Hdf5File& file) {
+  Columns columns(file, "/checks");
   std::vector<StoredCheck> checks(columns.texts("metric").size());
   for (const auto& [name, member] : {std::pair{"metric", &StoredCheck::metric},
                                      {"kind", &StoredCheck::kind},
@@ -77,8 +52,8 @@ std::vector<StoredCheck> read_checks(const io::Hdf5File& file, const fs::path& p
   return checks;
 }
 
-std::vector<observe::Metric> read_metrics(const io::Hdf5File& file, const fs::path& path) {
-  Columns columns(file, "/metrics", path);
+std::vector<observe::Metric> read_metrics(const io::Hdf5File& file) {
+  Columns columns(file, "/metrics");
   const std::vector<std::string> names = columns.texts("name"), dimensions = columns.texts("dimension"),
                                  meanings = columns.texts("meaning");
   const std::vector<double> values = columns.numbers("value");
@@ -89,28 +64,28 @@ std::vector<observe::Metric> read_metrics(const io::Hdf5File& file, const fs::pa
   return metrics;
 }
 
-std::vector<observe::Metric> read_work(const io::Hdf5File& file, const fs::path& path) {
+std::vector<observe::Metric> read_work(const io::Hdf5File& file) {
   std::vector<observe::Metric> work;
   for (const work::Field& field : work::fields) {
     work.push_back({std::string("work.") + field.name, static_cast<double>(file.integer("/work", field.name)),
                     "1", field.meaning});
   }
-  Columns parts(file, "/parts", path);
+  Columns parts(file, "/parts");
   const std::vector<std::string> names = parts.texts("part");
   const std::vector<double> count = parts.numbers("count");
   for (std::size_t i = 0; i < names.size(); ++i) work.push_back({"built." + names[i], count[i], "1", ""});
   return work;
 }
 
-std::vector<StoredPart> read_plan(const io::Hdf5File& file, const fs::path& path) {
+std::vector<StoredPart> read_plan(const io::Hdf5File& file) {
   std::vector<StoredPart> plan;
-  Columns built(file, "/plan/built", path);
+  Columns built(file, "/plan/built");
   const std::vector<std::string> modules = built.texts("module"), what = built.texts("what");
   const std::vector<double> bytes = built.numbers("memory_bytes");
   for (std::size_t i = 0; i < modules.size(); ++i) {
     plan.push_back({modules[i], fmt::format("{} ({} bytes)", what[i], bytes[i]), true});
   }
-  Columns left_out(file, "/plan/left_out", path);
+  Columns left_out(file, "/plan/left_out");
   const std::vector<std::string> absent = left_out.texts("module"), why = left_out.texts("why");
   for (std::size_t i = 0; i < absent.size(); ++i) plan.push_back({absent[i], why[i], false});
   return plan;
@@ -146,11 +121,11 @@ StoredResult read_result(const fs::path& path) {
   r.warnings = file.attribute_texts("/", "warnings");
   r.overrides = file.attribute_texts("/case", "overrides");
   r.case_text = only(file.texts("/case"), path.string(), "/case");
-  r.plan = read_plan(file, path);
+  r.plan = read_plan(file);
   for (const std::string& name : file.names("/records")) r.records.push_back(read_record(file, name));
-  r.metrics = read_metrics(file, path);
-  r.work = read_work(file, path);
-  r.checks = read_checks(file, path);
+  r.metrics = read_metrics(file);
+  r.work = read_work(file);
+  r.checks = read_checks(file);
   for (const std::string& id : file.names("/references")) {
     const std::string group = "/references/" + id;
     r.references.push_back({id, file.attribute(group, "kind"), file.attribute(group, "source"),

@@ -15,6 +15,7 @@
 #include "base/mutant.hpp"
 #include "base/stop.hpp"
 #include "engine/child.hpp"
+#include "engine/columns.hpp"
 #include "engine/only.hpp"
 #include "engine/result.hpp"
 #include "io/hdf5.hpp"
@@ -60,31 +61,32 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, int repe
   Row row{
       .settings = settings, .outcome = file.attribute("/", "outcome"), .message = {}, .seen = {}, .work = {}};
   if (row.outcome != "completed") row.message = file.attribute("/", "error_message");
-  const std::vector<std::string> names = file.texts("/metrics/name");
-  const std::vector<double> values = file.numbers("/metrics/value");
-  const std::vector<std::string> dimensions = file.texts("/metrics/dimension");
-  const std::vector<std::string> meanings = file.texts("/metrics/meaning");
+  engine::Columns metrics(file, "/metrics");
+  const std::vector<std::string> names = metrics.texts("name"), dimensions = metrics.texts("dimension"),
+                                 meanings = metrics.texts("meaning");
+  const std::vector<double> values = metrics.numbers("value");
   for (std::size_t i = 0; i < names.size(); ++i)
     row.seen.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
-  const std::vector<double> wall = file.numbers("/repeats/wall_seconds");
+  engine::Columns repeated(file, "/repeats");
+  const std::vector<double> wall = repeated.numbers("wall_seconds"), cpu = repeated.numbers("cpu_seconds");
   if (row.outcome == "completed" && wall.size() != static_cast<std::size_t>(repeats)) return std::nullopt;
   const auto sum = [](const std::vector<double>& phases) {
     return std::accumulate(phases.begin(), phases.end(), 0.0);
   };
   row.wall_seconds = wall.empty() ? sum(file.numbers("/timing/wall_seconds")) : wall.front();
-  row.cpu_seconds =
-      wall.empty() ? sum(file.numbers("/timing/cpu_seconds")) : file.numbers("/repeats/cpu_seconds").front();
+  row.cpu_seconds = cpu.empty() ? sum(file.numbers("/timing/cpu_seconds")) : cpu.front();
   row.min_wall_seconds = row.max_wall_seconds = row.wall_seconds;
   for (const work::Field& field : work::fields) {
     row.work.*field.count = static_cast<std::uint64_t>(file.integer("/work", field.name));
   }
   row.parts_bytes = static_cast<double>(file.integer("/parts", "peak_bytes"));
-  const std::vector<std::string> part = file.texts("/parts/part");
-  const std::vector<double> count = file.numbers("/parts/count");
-  const std::vector<double> bytes = file.numbers("/parts/memory_bytes");
+  engine::Columns built(file, "/parts");
+  const std::vector<std::string> part = built.texts("part");
+  const std::vector<double> count = built.numbers("count"), bytes = built.numbers("memory_bytes");
   for (std::size_t i = 0; i < part.size(); ++i) {
     for (std::size_t k = 0; k < parts::kinds.size(); ++k) {
-      if (parts::kinds[k].id == part[i]) row.parts[k] = {static_cast<std::uint64_t>(count[i]), bytes[i]};
+      if (parts::kinds[k].id == part[i])
+        row.parts[k] = {engine::count_of(count[i], file, "/parts/count"), bytes[i]};
     }
   }
   row.peak_memory_bytes = static_cast<double>(file.integer("/provenance", "peak_memory_bytes"));
@@ -291,7 +293,15 @@ std::vector<observe::Record> records_of(const Base& base, const Row& row, const 
   });
   for (observe::Record& record : records) {
     const observe::Record stored = engine::read_record(file, record.name);
-    for (observe::Column& column : record.columns) column.values = stored.find(column.name)->values;
+    for (observe::Column& column : record.columns) {
+      const observe::Column* found = stored.find(column.name);
+      if (found == nullptr) {
+        throw InputError({file.name()},
+                         fmt::format("there is no '{}' in /records/{}", column.name, record.name),
+                         "the file is not as its schema says", "Run the study again with --fresh");
+      }
+      column.values = found->values;
+    }
   }
   return records;
 }

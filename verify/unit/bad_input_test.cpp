@@ -2,13 +2,18 @@
 // half-written.
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "catch.hpp"
+#include "engine/columns.hpp"
+#include "engine/result.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
 #include "repository.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
+namespace fs = std::filesystem;
 using unit::Folder;
 using unit::good_case;
 using unit::Ran;
@@ -600,6 +605,33 @@ TEST_CASE("A command line that makes no sense is refused") {
   }
   CHECK(folder.left_aside().empty());
   CHECK(unit::contents(folder.path() / "good/bad.h5") == whole);
+}
+
+TEST_CASE("Columns that differ in length and numbers that count nothing are refused by name") {
+  const Folder folder;
+  const fs::path path = folder.path() / "made.h5";
+  io::Hdf5Image image;
+  image.group("/records/curve");
+  image.attribute("/records/curve", "columns", std::vector<std::string>{"x", "y"});
+  image.numbers("/records/curve/x", std::vector{1.0, 2.0});
+  image.numbers("/records/curve/y", std::vector{1.0});
+  io::write_file(path, image.bytes());
+  const io::Hdf5File file(path);
+  const auto refusal = [](const auto& work) {
+    try {
+      work();
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  CHECK_THAT(refusal([&] { engine::read_record(file, "curve"); }),
+             ContainsSubstring("made.h5: the columns of /records/curve differ in length"));
+  CHECK(engine::count_of(0.0, file, "/n") == 0);
+  CHECK(engine::count_of(0x1p53, file, "/n") == std::uint64_t{1} << 53);
+  for (const double number : {-1.0, 0.5, 0x1p54, std::nan("")}) {
+    CHECK_THAT(refusal([&] { engine::count_of(number, file, "/n"); }), ContainsSubstring(" in /n"));
+  }
 }
 
 TEST_CASE("Byte order mark and CRLF are no errors") {

@@ -279,6 +279,68 @@ TEST_CASE("A checkpoint of another run is refused, and the message says what is 
   CHECK_THAT(refusal(path, a_case()), ContainsSubstring("no veriflex-checkpoint"));
 }
 
+TEST_CASE("Numbers for which a scene has no place are refused by name") {
+  const Folder folder;
+  const fs::path path = folder.path() / "checkpoint";
+  const auto refused = [&](const std::string& text, const io::Hdf5Image& image) {
+    io::write_file(path, image.bytes(io::checkpoint_seal));
+    Live live(text);
+    try {
+      live.running().take_from(io::Hdf5File(path, io::checkpoint_seal));
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string("none");
+  };
+  // What scenes with another fluid and another body have left.
+  io::Hdf5Image whole;
+  Live(rod_in_channel).running().put_in(whole);
+  CHECK_THAT(refused(replaced(rod_in_channel, "[10, 10, 12]", "[10, 10, 13]"), whole),
+             ContainsSubstring("18000 values in /simulation/fluid/populations, not 19500"));
+  CHECK_THAT(refused(replaced(rod_in_channel, "sections = 5", "sections = 6"), whole),
+             ContainsSubstring(" values in /simulation/body_0/displacement, not "));
+
+  const std::string alone = rod_in_channel.substr(rod_in_channel.find("[[body]]"));
+  const std::string text =
+      replaced(alone.substr(0, alone.find("[[observe]]")), "substeps = \"auto\"\ncoupling = {}\n", "");
+  const std::size_t numbers = 3 * static_cast<std::size_t>(Live(text).simulation.body().positions().rows());
+  struct Left {
+    std::size_t displacement, velocity, linearised_at, stiffest, substep;
+    std::int64_t steps = 0, substeps = 1;
+  };
+  const auto of = [&](const Left& left) {
+    const std::string body = "/simulation/body_0/";
+    io::Hdf5Image image;
+    image.group("/simulation");
+    image.attribute("/simulation", "steps", left.steps);
+    image.group("/simulation/body_0");
+    image.attribute("/simulation/body_0", "steps", left.steps);
+    image.attribute("/simulation/body_0", "own_steps", left.steps);
+    image.attribute("/simulation/body_0", "substeps", left.substeps);
+    for (const auto& [name, count] :
+         {std::pair{"displacement", left.displacement}, std::pair{"velocity", left.velocity},
+          std::pair{"linearised_at", left.linearised_at}, std::pair{"stiffest", left.stiffest},
+          std::pair{"substep", left.substep}}) {
+      image.numbers(body + name, std::vector<double>(count));
+    }
+    return refused(text, image);
+  };
+  CHECK_THAT(of({numbers, numbers, 0, 1, 1}),
+             ContainsSubstring("/run"));  // all is right but what is no more there
+  CHECK_THAT(of({numbers, numbers, numbers, 1, 1}), ContainsSubstring("/run"));
+  CHECK_THAT(of({numbers, numbers, 3, 1, 1}),
+             ContainsSubstring("3 values in /simulation/body_0/linearised_at"));
+  CHECK_THAT(of({0, numbers, 0, 1, 1}), ContainsSubstring("0 values in /simulation/body_0/displacement"));
+  CHECK_THAT(of({numbers, numbers + 1, 0, 1, 1}), ContainsSubstring("values in /simulation/body_0/velocity"));
+  CHECK_THAT(of({numbers, numbers, 0, 0, 1}),
+             ContainsSubstring("0 values in /simulation/body_0/stiffest, not 1"));
+  CHECK_THAT(of({numbers, numbers, 0, 1, 2}),
+             ContainsSubstring("2 values in /simulation/body_0/substep, not 1"));
+  CHECK_THAT(of({numbers, numbers, 0, 1, 1, -1}), ContainsSubstring("'steps' of /simulation is -1"));
+  CHECK_THAT(of({numbers, numbers, 0, 1, 1, 0, 0}),
+             ContainsSubstring("'substeps' of /simulation/body_0 is 0"));
+}
+
 TEST_CASE("A checkpoint that cannot be written does not end the run") {
   const Folder folder;
   folder.write("file", "");

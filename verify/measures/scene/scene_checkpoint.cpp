@@ -2,7 +2,9 @@
 
 #include <algorithm>
 
+#include "base/error.hpp"
 #include "base/parts.hpp"
+#include "engine/columns.hpp"
 #include "measures/scene/scene.hpp"
 
 // A running scene in a file, and out of it. Positions stand there by columns: all x, all y, all z.
@@ -13,8 +15,32 @@ namespace {
 
 std::span<const double> numbers(const Positions& X) { return {X.data(), static_cast<std::size_t>(X.size())}; }
 
-Positions positions(const io::Hdf5File& file, const std::string& path) {
+/// A file with its checksum may still be of anybody's making: a scene has room for so many numbers alone.
+void require(bool sound, const io::Hdf5File& file, const std::string& what) {
+  if (sound) return;
+  throw InputError({file.name()}, what, "this scene has no place for that",
+                   "Run without --resume to begin anew, which replaces it");
+}
+
+std::vector<double> numbers(const io::Hdf5File& file, const std::string& path, std::size_t count) {
+  std::vector<double> values = file.numbers(path);
+  require(values.size() == count, file, fmt::format("{} values in {}, not {}", values.size(), path, count));
+  return values;
+}
+
+std::int64_t integer(const io::Hdf5File& file, const std::string& path, const std::string& name,
+                     std::int64_t least) {
+  const std::int64_t value = file.integer(path, name);
+  require(value >= least, file, fmt::format("'{}' of {} is {}", name, path, value));
+  return value;
+}
+
+/// Of so many nodes, or of none where there may be none.
+Positions positions(const io::Hdf5File& file, const std::string& path, std::size_t nodes,
+                    bool may_be_empty = false) {
   const std::vector<double> values = file.numbers(path);
+  require(values.size() == 3 * nodes || (may_be_empty && values.empty()), file,
+          fmt::format("{} values in {}, not {}", values.size(), path, 3 * nodes));
   return Eigen::Map<const Positions>(values.data(), std::ssize(values) / 3, 3);
 }
 
@@ -26,9 +52,10 @@ std::span<const double> numbers(const std::vector<std::array<double, Count>>& no
 }
 
 template <std::size_t Count>
-std::vector<std::array<double, Count>> by_node(const io::Hdf5File& file, const std::string& path) {
-  const std::vector<double> values = file.numbers(path);
-  std::vector<std::array<double, Count>> nodes(values.size() / Count);
+std::vector<std::array<double, Count>> by_node(const io::Hdf5File& file, const std::string& path,
+                                               std::size_t count) {
+  const std::vector<double> values = numbers(file, path, Count * count);
+  std::vector<std::array<double, Count>> nodes(count);
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     std::copy_n(values.begin() + static_cast<std::ptrdiff_t>(i * Count), Count, nodes[i].begin());
   }
@@ -62,22 +89,27 @@ void put(io::Hdf5Image& image, const scene::State& state) {
 }
 
 scene::State state_of(const io::Hdf5File& file, const scene::Simulation& simulation) {
-  scene::State state{file.integer("/simulation", "steps"), {}, {}};
+  scene::State state{integer(file, "/simulation", "steps", 0), {}, {}};
   if (simulation.has_fluid()) {
-    state.fluid = fluid::State{file.integer("/simulation/fluid", "steps"),
-                               by_node<fluid::Q>(file, "/simulation/fluid/populations"),
-                               by_node<4>(file, "/simulation/fluid/moments")};
+    const std::string moments = "/simulation/fluid/moments";
+    const auto nodes = static_cast<std::size_t>(simulation.fluid().spec().grid.count());
+    state.fluid = fluid::State{integer(file, "/simulation/fluid", "steps", 0),
+                               by_node<fluid::Q>(file, "/simulation/fluid/populations", nodes),
+                               by_node<4>(file, moments, file.numbers(moments).empty() ? 0 : nodes)};
   }
   for (std::size_t i = 0; i < simulation.body_count(); ++i) {
     const std::string path = body_path(i);
     scene::MovingBody::State& body =
-        state.bodies.emplace_back(scene::MovingBody::State{file.integer(path, "steps"), {}});
+        state.bodies.emplace_back(scene::MovingBody::State{integer(file, path, "steps", 0), {}});
     if (!simulation.body(i).is_elastic()) continue;
-    body.elastic = {
-        positions(file, path + "/displacement"),  positions(file, path + "/velocity"),
-        file.integer(path, "own_steps"),          static_cast<int>(file.integer(path, "substeps")),
-        file.numbers(path + "/stiffest").front(), file.numbers(path + "/substep").front(),
-        positions(file, path + "/linearised_at")};
+    const auto nodes = static_cast<std::size_t>(simulation.body(i).positions().rows());
+    body.elastic = {positions(file, path + "/displacement", nodes),
+                    positions(file, path + "/velocity", nodes),
+                    integer(file, path, "own_steps", 0),
+                    static_cast<int>(integer(file, path, "substeps", 1)),
+                    numbers(file, path + "/stiffest", 1).front(),
+                    numbers(file, path + "/substep", 1).front(),
+                    positions(file, path + "/linearised_at", nodes, true)};
   }
   return state;
 }
@@ -107,21 +139,26 @@ void put(io::Hdf5Image& image, const observe::Run::State& state) {
   image.numbers("/run/warned", warned);
 }
 
-observe::Run::State run_of(const io::Hdf5File& file, std::size_t bodies) {
-  observe::Run::State state{file.integer("/run", "checked"), {}, {}, file.numbers("/run/load_work"), {}};
-  const std::vector<std::string> names = file.texts("/run/good/name");
-  const std::vector<double> values = file.numbers("/run/good/value");
-  const std::vector<std::string> dimensions = file.texts("/run/good/dimension");
-  const std::vector<std::string> meanings = file.texts("/run/good/meaning");
+/// `now`: of the run at its start.
+observe::Run::State run_of(const io::Hdf5File& file, const scene::Simulation& simulation,
+                           const observe::Run::State& now) {
+  observe::Run::State state{
+      file.integer("/run", "checked"), {}, {}, numbers(file, "/run/load_work", now.load_work.size()), {}};
+  engine::Columns good(file, "/run/good");
+  const std::vector<std::string> names = good.texts("name"), dimensions = good.texts("dimension"),
+                                 meanings = good.texts("meaning");
+  const std::vector<double> values = good.numbers("value");
   for (std::size_t i = 0; i < names.size(); ++i) {
     state.good.push_back({names[i], values[i], dimensions[i], meanings[i]});
   }
-  for (std::size_t i = 0; i < bodies; ++i) {
-    state.good_nodes.push_back(positions(file, fmt::format("/run/good_nodes/{}", i)));
+  for (std::size_t i = 0; i < simulation.body_count(); ++i) {
+    state.good_nodes.push_back(positions(file, fmt::format("/run/good_nodes/{}", i),
+                                         static_cast<std::size_t>(simulation.body(i).positions().rows())));
   }
   const std::vector<double> warned = file.numbers("/run/warned");
   for (std::size_t i = 0; i + 1 < warned.size(); i += 2) {
-    state.warned.push_back({static_cast<std::size_t>(warned[i]), static_cast<std::size_t>(warned[i + 1])});
+    state.warned.push_back({engine::count_of(warned[i], file, "/run/warned"),
+                            engine::count_of(warned[i + 1], file, "/run/warned")});
   }
   return state;
 }
@@ -147,10 +184,14 @@ void Running::put_in(io::Hdf5Image& image) const {
 void Running::take_from(const io::Hdf5File& file) {
   const parts::Aside to_put_it_back;  // populations of a fluid that is made of moments
   simulation.restore(state_of(file, simulation));
-  run.restore(run_of(file, simulation.body_count()));
+  run.restore(run_of(file, simulation, run.state()));
   for (std::size_t r = 0; r < records.size(); ++r) {
     for (std::size_t c = 0; c < records[r].columns.size(); ++c) {
-      records[r].columns[c].values = file.numbers(column_path(r, c));
+      std::vector<double> values = file.numbers(column_path(r, c));
+      const std::size_t rows = c == 0 ? values.size() : records[r].columns[0].size();
+      require(values.size() == rows, file,
+              fmt::format("{} values in {}, not {}", values.size(), column_path(r, c), rows));
+      records[r].columns[c].values = std::move(values);
     }
     if (memories[r]) *memories[r] = file.numbers(fmt::format("/memories/{}", r));
   }

@@ -1,0 +1,50 @@
+/// Columns of a table in a file, and counts, which may be anything: the checksum says that the file is as it
+/// was written, not by whom.
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "base/error.hpp"
+#include "io/hdf5.hpp"
+
+namespace veriflex::engine {
+
+/// The columns of one group, which must be of one length. Throws InputError, which names the file, where they
+/// are not, and as Hdf5File does.
+class Columns {
+ public:
+  Columns(const io::Hdf5File& file, std::string group) : file_(file), group_(std::move(group)) {}
+
+  std::vector<std::string> texts(const std::string& name) { return held(file_.texts(path_of(name))); }
+  std::vector<double> numbers(const std::string& name) { return held(file_.numbers(path_of(name))); }
+  std::string path_of(const std::string& name) const { return group_ + "/" + name; }
+  std::size_t rows() const { return rows_.value_or(0); }
+
+ private:
+  template <class Values>
+  Values held(Values values) {
+    if (!rows_) rows_ = values.size();
+    if (*rows_ == values.size()) return values;
+    throw InputError({file_.name()}, fmt::format("the columns of {} differ in length", group_),
+                     "the file is not as its schema says", "Run the case again");
+  }
+
+  const io::Hdf5File& file_;
+  std::string group_;
+  std::optional<std::size_t> rows_;
+};
+
+/// A number that counts something. Throws InputError for a negative one or a fraction, and beyond 2^53.
+inline std::uint64_t count_of(double number, const io::Hdf5File& file, const std::string& path) {
+  if (number >= 0.0 && number <= 0x1p53 && number == static_cast<double>(static_cast<std::uint64_t>(number)))
+    return static_cast<std::uint64_t>(number);
+  throw InputError({file.name()}, fmt::format("{} in {}", number, path),
+                   "that is no count, and the file is not as its schema says", "Run the case again");
+}
+
+}  // namespace veriflex::engine
