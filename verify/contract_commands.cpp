@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 #include <omp.h>
 
+#include <algorithm>
 #include <memory>
 
 #include "base/say.hpp"
@@ -69,6 +70,15 @@ int validate_command(const std::vector<std::string>& given, bool json) {
     for (std::string& one :
          engine::problems_of(paths, repository::cases(), repository::references(), studies::readers())) {
       problems.push_back(std::move(one));
+    }
+    for (const fs::path& path : paths) {
+      try {
+        studies::require_rows(path);
+      } catch (const InputError& error) {
+        if (std::find(problems.begin(), problems.end(), error.what()) == problems.end()) {
+          problems.emplace_back(error.what());
+        }
+      }
     }
   }
   for (const std::string& problem : problems) complain("{}", problem);

@@ -25,8 +25,8 @@ namespace veriflex {
 
 namespace fs = std::filesystem;
 
-// The report is drawn by a script from the result files and the ledger; it inherits standard output and ends with its
-// parent.
+// The report is drawn by a script from the result files and the ledger; it inherits standard output and ends
+// with its parent.
 int report_command(const std::string& results, const std::string& report, bool json) {
   int code = exit_code::success;
   std::vector<std::string> words{repository::report_script().string(), results};

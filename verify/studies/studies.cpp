@@ -4,9 +4,14 @@
 
 #include <algorithm>
 
+#include "base/error.hpp"
+#include "engine/symbols.hpp"
+#include "io/file.hpp"
 #include "measures/drivers.hpp"
+#include "repository.hpp"
 #include "studies/ablate.hpp"
 #include "studies/boundary.hpp"
+#include "studies/grid.hpp"
 #include "studies/sweep.hpp"
 
 namespace veriflex::studies {
@@ -85,6 +90,36 @@ engine::Readers readers_of_row() {
                 return measure;
               },
           .with_checks = false};
+}
+
+void require_rows(const std::filesystem::path& path) {
+  constexpr std::size_t tried = 16;
+  const auto read = [&](const std::vector<std::string>& changed) {
+    try {
+      engine::read_case(path, changed, readers_of_row(), repository::references());
+      return std::string();
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+  };
+  if (!read({}).empty()) return;
+  const io::Table top = engine::parse_case(io::read_file(path), path.string());
+  for (const std::string name : {"sweep", "boundary"}) {
+    if (!top.has(name)) continue;
+    const io::Table study = top.table(name);
+    const std::vector<Axis> axes = read_axes(study);
+    const std::vector<Cell> all = cells(axes);
+    std::string first;
+    for (std::size_t i = 0; i < all.size(); i += 1 + all.size() / tried) {
+      std::vector<std::string> changed = settings(axes, all[i]);
+      if (name == "boundary") changed.push_back(study.text("key") + "=" + study.shown_value("from"));
+      const std::string problem = read(changed);
+      if (problem.empty()) return;
+      if (first.empty()) first = problem;
+    }
+    top.fail(name, fmt::format("none of its rows can be read, the first because of {}", first), "",
+             "Look at the keys and values of its axes");
+  }
 }
 
 }  // namespace veriflex::studies

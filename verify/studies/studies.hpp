@@ -13,6 +13,10 @@ const std::vector<std::string>& tables();
 /// can be looked at, not run.
 engine::Readers readers(const Workspace& workspace = {});
 
+/// Throws InputError where a case can be read, and no row of its study (of some, where there are many):
+/// nothing reads a key of its axes, say.
+void require_rows(const std::filesystem::path& path);
+
 /// Reads the one run that a row of a study is: without the study and without checks.
 engine::Readers readers_of_row();
 

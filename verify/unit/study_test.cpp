@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "base/error.hpp"
+#include "base/work.hpp"
 #include "catch.hpp"
 #include "engine/asked.hpp"
 #include "engine/reference.hpp"
@@ -80,6 +81,31 @@ void reseal(const fs::path& path, const std::string& from, const std::string& to
   const std::size_t sum = all.find("sha256 ") + 7;
   all.replace(sum, 64, io::sha256(std::string_view(all).substr(seal_size)));
   std::ofstream(path, std::ios::binary) << all;
+}
+
+/// A row that says it is that one, with two metrics and so many values of them.
+std::vector<char> made_row(const fs::path& path, std::size_t values) {
+  const io::Hdf5File row(path);
+  io::Hdf5Image image;
+  image.text("/case", row.texts("/case")[0]);
+  image.attribute("/", "variant", row.attribute("/", "variant"));
+  image.attribute("/", "outcome", std::string("completed"));
+  image.group("/provenance");
+  image.attribute("/provenance", "program", row.attribute("/provenance", "program"));
+  image.attribute("/provenance", "peak_memory_bytes", std::int64_t{1});
+  image.texts("/metrics/name", {"made", "up"});
+  image.texts("/metrics/dimension", {"1", "1"});
+  image.texts("/metrics/meaning", {"", ""});
+  image.numbers("/metrics/value", std::vector<double>(values));
+  for (const char* column : {"/repeats/wall_seconds", "/repeats/cpu_seconds", "/timing/wall_seconds",
+                             "/timing/cpu_seconds", "/parts/count", "/parts/memory_bytes"}) {
+    image.numbers(column, {});
+  }
+  image.texts("/parts/part", {});
+  image.attribute("/parts", "peak_bytes", std::int64_t{0});
+  image.group("/work");
+  for (const work::Field& field : work::fields) image.attribute("/work", field.name, std::int64_t{0});
+  return image.bytes();
 }
 
 }  // namespace
@@ -414,8 +440,34 @@ TEST_CASE("A sweep of the command line has a row per run, also of one that fails
   REQUIRE(io::Hdf5File(one).attribute("/provenance", "program") == others);
   CHECK(ran(folder, words).code == 0);
   CHECK(io::Hdf5File(one).attribute("/provenance", "program") == program);
+  // And so is one of anybody's making.
+  const std::vector<std::string> metrics = io::Hdf5File(one).texts("/metrics/name");
+  io::write_file(one, made_row(one, 2));
+  CHECK(ran(folder, words).code == 0);
+  CHECK(io::Hdf5File(one).texts("/metrics/name") == std::vector<std::string>{"made", "up"});
+  io::write_file(one, made_row(one, 1));
+  CHECK(ran(folder, words).code == 0);
+  CHECK(io::Hdf5File(one).texts("/metrics/name") == metrics);
   CHECK(ran(folder, words + " --fresh").code == 0);
   CHECK(rows() != before);
+}
+
+TEST_CASE("A study of which no row can be read is no case") {
+  const Folder folder;
+  const auto said = [&](const std::string& study) {
+    folder.write("bar.toml", scene + study);
+    const Ran validated = ran(folder, "validate bar.toml"), made = ran(folder, "run bar.toml --out out");
+    CHECK(validated.code == made.code);
+    return validated.err;
+  };
+  CHECK_THAT(
+      said("[sweep]\naxes = [{ key = \"bond.bond_stifness\", values = [0.1, 0.2] }]\n"),
+      ContainsSubstring("none of its rows can be read, the first because of --set bond.bond_stifness=0.1"));
+  CHECK_THAT(said("[boundary]\nkey = \"bond.stiff\"\nfrom = 1.0\nto = 2.0\n"
+                  "criterion = { metric = \"young_modulus\", at_most = 1.0 }\n"),
+             ContainsSubstring("--set bond.stiff=1.0: unknown key 'stiff'"));
+  // One that is refused is a row.
+  CHECK(said("[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [-0.1, 0.2] }]\n").empty());
 }
 
 TEST_CASE("Shards make what one machine makes") {
