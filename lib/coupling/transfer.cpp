@@ -4,6 +4,7 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <cassert>
 
 #include "base/error.hpp"
 #include "base/mutant.hpp"
@@ -189,6 +190,7 @@ void Transfer::locate_with(const Positions& X) {
 void Transfer::interpolate(const Positions& at_nodes, Positions& at_markers) const {
   const auto markers = static_cast<std::int64_t>(row_of_.size()) / (width() * width());
   const std::int64_t support = width() * width() * width();
+  assert(at_nodes.rows() == std::ssize(nodes_));
   at_markers.resize(markers, 3);
 #pragma omp parallel for schedule(static) if (static_cast <std::size_t>(markers) >= worth_threads)
   for (std::int64_t m = 0; m < markers; ++m) {
@@ -206,6 +208,7 @@ void Transfer::interpolate(const Positions& at_nodes, Positions& at_markers) con
 void Transfer::spread(const Positions& at_markers, Positions& at_nodes) const {
   const std::int64_t support = width() * width() * width();
   const auto nodes = static_cast<std::int64_t>(nodes_.size());
+  assert(at_markers.rows() * support == std::ssize(place_));
   at_nodes.setZero(nodes, 3);
   const bool alone = static_cast<std::size_t>(at_markers.rows()) < worth_threads;
   const std::int64_t parts = alone ? 1 : omp_get_max_threads();

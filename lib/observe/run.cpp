@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cassert>
 #include <cmath>
 
 #include "base/mutant.hpp"
@@ -95,6 +96,8 @@ Run::State Run::state() const {
 }
 
 void Run::restore(const State& state) {
+  assert(state.good_nodes.empty() || state.good_nodes.size() == simulation_.body_count());
+  assert(state.load_work.size() == body_checks_.size());
   checked_ = state.checked;
   good_ = state.good;
   good_nodes_ = state.good_nodes;

@@ -1,5 +1,7 @@
 #include "scene/moving_body.hpp"
 
+#include <cassert>
+
 #include <fmt/format.h>
 
 #include "base/error.hpp"
@@ -141,6 +143,7 @@ MovingBody::State MovingBody::state() const {
 }
 
 void MovingBody::restore(const State& state) {
+  assert(!motion_ || (state.elastic && state.elastic->displacement.rows() == positions().rows()));
   steps_ = state.steps;
   if (motion_) motion_->restore(*state.elastic);
 }

@@ -1,6 +1,7 @@
 #include "scene/simulation.hpp"
 
 #include <algorithm>
+#include <cassert>
 #include <chrono>
 #include <ctime>
 
@@ -171,6 +172,7 @@ State Simulation::state() const {
 }
 
 void Simulation::restore(const State& state) {
+  assert(state.bodies.size() == bodies_.size() && state.fluid.has_value() == (fluid_ != nullptr));
   steps_ = state.steps;
   if (fluid_) fluid_->restore(*state.fluid);
   for (std::size_t i = 0; i < bodies_.size() && !planted(Mutant::bodies_not_restored); ++i)
