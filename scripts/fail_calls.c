@@ -1,6 +1,7 @@
 /* Preloaded into a program, lets one call fail: the n-th (FAIL_AT, from 1) that asks for memory (FAIL_CALLS=memory) or that changes files
-   (FAIL_CALLS=files), counted from the start of main(). What was counted is written to the file FAIL_COUNT. Calls by the HDF5 library are passed
-   over: it does not survive all of them (version 1.10.8 leaves half of its tables behind, and crashes in the next call). */
+   (FAIL_CALLS=files), counted from the start of main(). What was counted is written to the file FAIL_COUNT. Calls by HDF5 and
+   OpenSSL are passed over: these libraries do not survive all of them (HDF5 1.10.8 leaves half of its tables behind and crashes in the next call,
+   OpenSSL 3.0 takes a lock that it could not make). */
 #define _GNU_SOURCE
 #include <dlfcn.h>
 #include <errno.h>
@@ -20,20 +21,27 @@ static int began;
 static pid_t whose;
 
 static int fails(long *made, long at) { return began && getpid() == whose && __atomic_add_fetch(made, 1, __ATOMIC_RELAXED) == at; }
-static const char *hdf5_begin, *hdf5_end;
-static int find_hdf5(struct dl_phdr_info *object, size_t size, void *unused) {
+static struct {
+  const char *name, *begin, *end;
+} passed_over[] = {{"libhdf5", NULL, NULL}, {"libcrypto", NULL, NULL}};
+
+static int find_passed_over(struct dl_phdr_info *object, size_t size, void *unused) {
   (void)size, (void)unused;
-  if (strstr(object->dlpi_name, "libhdf5") == NULL) return 0;
-  for (int i = 0; i < object->dlpi_phnum; ++i) {
-    if (object->dlpi_phdr[i].p_type != PT_LOAD || !(object->dlpi_phdr[i].p_flags & PF_X)) continue;
-    hdf5_begin = (const char *)object->dlpi_addr + object->dlpi_phdr[i].p_vaddr;
-    hdf5_end = hdf5_begin + object->dlpi_phdr[i].p_memsz;
+  for (size_t k = 0; k < sizeof passed_over / sizeof *passed_over; ++k) {
+    if (strstr(object->dlpi_name, passed_over[k].name) == NULL) continue;
+    for (int i = 0; i < object->dlpi_phnum; ++i) {
+      if (object->dlpi_phdr[i].p_type != PT_LOAD || !(object->dlpi_phdr[i].p_flags & PF_X)) continue;
+      passed_over[k].begin = (const char *)object->dlpi_addr + object->dlpi_phdr[i].p_vaddr;
+      passed_over[k].end = passed_over[k].begin + object->dlpi_phdr[i].p_memsz;
+    }
   }
-  return 1;
+  return 0;
 }
 
 static int no_memory(const void *caller) {
-  if ((const char *)caller >= hdf5_begin && (const char *)caller < hdf5_end) return 0;
+  for (size_t k = 0; k < sizeof passed_over / sizeof *passed_over; ++k) {
+    if ((const char *)caller >= passed_over[k].begin && (const char *)caller < passed_over[k].end) return 0;
+  }
   if (!fails(&memory_made, memory_at)) return 0;
   errno = ENOMEM;
   return 1;
@@ -108,7 +116,7 @@ static void put_count(void) {
 static int counted_main(int words, char **word, char **environment) {
   const char *calls = getenv("FAIL_CALLS"), *at = getenv("FAIL_AT");
   if (calls != NULL && at != NULL) *(strcmp(calls, "memory") == 0 ? &memory_at : &files_at) = atol(at);
-  dl_iterate_phdr(find_hdf5, NULL);
+  dl_iterate_phdr(find_passed_over, NULL);
   whose = getpid();
   atexit(put_count);
   began = 1;

@@ -133,17 +133,21 @@ void say_who_ended() {
   std::_Exit(exit_code::numerical);
 }
 
-// Where no exception may pass (in a thread of OpenMP, in some functions of CLI11), lack of memory ends the
-// program all the same, with its name.
+// Where no exception may pass (in a thread of OpenMP, in some functions of libraries), lack of memory ends
+// the program all the same, with its name as far as it is known.
 [[noreturn]] void end_without_memory() {
+  const char* words =
+      "veriflex: a library ended the program, most likely out of memory. Use a smaller scene (see veriflex "
+      "plan)\n";
   try {
     if (std::current_exception()) throw;
   } catch (const std::bad_alloc&) {
-    std::fputs("veriflex: out of memory. Use a smaller scene (see veriflex plan)\n", stderr);
-    std::_Exit(exit_code::numerical);
+    words = "veriflex: out of memory. Use a smaller scene (see veriflex plan)\n";
   } catch (...) {
+    std::abort();
   }
-  std::abort();
+  std::fputs(words, stderr);
+  std::_Exit(exit_code::numerical);
 }
 
 }  // namespace
