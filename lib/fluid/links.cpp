@@ -133,24 +133,16 @@ std::vector<Outlet> outlets_of(const Spec& spec, const std::vector<bool>& is_obs
   return outlets;
 }
 
-Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside,
-                        double relaxation_time) {
-  const auto velocity_of = [](const Populations& h) -> Vec3 {
-    return momentum(h) / (1.0 + density_deviation(h));
-  };
-  const auto even = [](int q, double density, const Vec3& u) {
-    const double cu = along(q, u);
-    return w(q) * (density - 1.0 + density * (4.5 * cu * cu - 1.5 * u.squaredNorm()));
-  };
-  const Vec3 u = velocity_of(here), u_inside = velocity_of(inside);
+Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside) {
+  Populations mean;
+  for (std::size_t q = 0; q < mean.size(); ++q) mean[q] = 0.5 * (here[q] + inside[q]);
+  const double density = 1.0 + density_deviation(mean);
+  if (planted(Mutant::outflow_without_shear)) mean = equilibrium(density, momentum(mean) / density);
   Populations returned{};
   for (int q = 1; q < Q; ++q) {
     if ((outlet.out >> q & 1U) == 0) continue;
-    const auto at = static_cast<std::size_t>(q);
-    const double departs = 0.5 * (inside[at] + inside[static_cast<std::size_t>(opposite(q))]) -
-                           even(q, 1.0 + density_deviation(inside), u_inside);
-    returned[at] = 2.0 * even(q, outlet.density, u) +
-                   (planted(Mutant::outflow_without_shear) ? 0.0 : 2.0 - 1.0 / relaxation_time) * departs;
+    returned[static_cast<std::size_t>(q)] =
+        mean[static_cast<std::size_t>(opposite(q))] + w(q) * (outlet.density - density);
   }
   return returned;
 }

@@ -71,28 +71,27 @@ struct Outlet {
   std::int64_t node, inner;  // and the next one inwards, or the node itself
   unsigned out;
   double density;
-  Populations returned{};  // beside minus the populations that left along each c(q), in the last step
+  Populations returned{};  // in the place of what left along each c(q), in the last step
 };
 
 /// All nodes beside an outflow, outside of the obstacle, in their order.
 std::vector<Outlet> outlets_of(const Spec& spec, const std::vector<bool>& is_obstacle);
 
-/// What anti-bounce-back adds to minus the populations that leave along each c(q) of `out`: twice the even
-/// part of the equilibrium of the outflow's density and the node's velocity, and 2 - omega times what the
-/// even part of the inner node departs from its own equilibrium by. Without that the outflow would be free of
-/// shear; of the node itself it would be unstable. `here`, `inside`: populations of the node and the inner
-/// one before the step.
-/// [ginzburg-2008]
-Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside,
-                        double relaxation_time);
+/// What comes back in the place of the populations that leave along each c(q) of `out`: the mean of what the
+/// node and the inner one were given from there before the step, as if carried out at half a spacing per
+/// step, about the speed of sound, and a share of the density that is missing. A steady flow that does not
+/// change along the axis goes on to the end as it is, with its fall of density. Minus what leaves
+/// (anti-bounce-back) lets waves grow on a stream of small viscosity; the inner node's alone keeps a momentum
+/// that changes its sign from node to node and from step to step.
+Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside);
 
 /// What all outlets return in the step to come. `arriving(node)` may still ask for what they returned in the
 /// last one.
 template <class Arriving>
-void prepare(std::vector<Outlet>& outlets, const Arriving& arriving, double relaxation_time) {
+void prepare(std::vector<Outlet>& outlets, const Arriving& arriving) {
   std::vector<Populations> returned;
   for (const Outlet& outlet : outlets) {
-    returned.push_back(returned_at(outlet, arriving(outlet.node), arriving(outlet.inner), relaxation_time));
+    returned.push_back(returned_at(outlet, arriving(outlet.node), arriving(outlet.inner)));
   }
   for (std::size_t i = 0; i < outlets.size(); ++i) outlets[i].returned = returned[i];
 }

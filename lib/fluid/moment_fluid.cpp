@@ -109,8 +109,7 @@ class MomentFluid final : public Fluid {
     work::add_nodes(static_cast<std::uint64_t>(spec_.grid.count()),
                     2 * 4 * static_cast<std::uint64_t>(bytes_of(spec_.storage)));
     provide_scratch();
-    prepare(
-        outlets_, [this](std::int64_t node) { return arriving(node); }, spec_.relaxation_time);
+    prepare(outlets_, [this](std::int64_t node) { return arriving(node); });
     given_.reset();
     given_part_ = parts::Built();  // not = {}: in a template clang 14 leaves that argument undestroyed
     lattice_.from = copy(present_);
@@ -276,8 +275,7 @@ class MomentFluid final : public Fluid {
   void let_out(const Outlet& outlet) {
     for (int q = 1; q < Q; ++q) {
       if ((outlet.out >> q & 1U) == 0) continue;
-      add(outlet.node, opposite(q),
-          outlet.returned[static_cast<std::size_t>(q)] - 2.0 * left(outlet.node, q));
+      add(outlet.node, opposite(q), outlet.returned[static_cast<std::size_t>(q)] - left(outlet.node, q));
     }
   }
 
@@ -323,7 +321,7 @@ class MomentFluid final : public Fluid {
     if (outlet == outlets_.end() || outlet->node != node) return h;
     for (int q = 1; q < Q; ++q) {
       double& back = h[static_cast<std::size_t>(opposite(q))];
-      if ((outlet->out >> q & 1U) != 0) back = outlet->returned[static_cast<std::size_t>(q)] - back;
+      if ((outlet->out >> q & 1U) != 0) back = outlet->returned[static_cast<std::size_t>(q)];
     }
     return h;
   }

@@ -81,8 +81,7 @@ class PopulationFluid final : public Fluid {
   void collide_and_stream(const NodeForces& forces) override {
     stop_if_asked("fluid step", steps_ + 1);
     count_work(1);
-    prepare(
-        outlets_, [this](std::int64_t node) { return arriving(node); }, spec_.relaxation_time);
+    prepare(outlets_, [this](std::int64_t node) { return arriving(node); });
     sweep(lattice_, odd());
     stop_if_asked("fluid step", steps_ + 1);  // a sweep that saw it is not whole
     add(forces);
@@ -384,8 +383,7 @@ class PopulationFluid final : public Fluid {
   void let_out(const Outlet& outlet) {
     for (int q = 1; q < Q; ++q) {
       if ((outlet.out >> q & 1U) == 0) continue;
-      Real& h = *arriving(opposite(q), outlet.node);
-      h = static_cast<Real>(outlet.returned[static_cast<std::size_t>(q)]) - h;
+      *arriving(opposite(q), outlet.node) = static_cast<Real>(outlet.returned[static_cast<std::size_t>(q)]);
     }
   }
 

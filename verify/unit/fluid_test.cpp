@@ -117,8 +117,9 @@ TEST_CASE("Walls on any faces, at rest or sliding, are half-way bounce-back") {
 }
 
 TEST_CASE(
-    "Inflow is a wall that moves through itself, outflow is anti-bounce-back, beside walls, forces and "
-    "obstacles") {
+    "Inflow is a wall that moves through itself, outflow the mean of what the last two nodes were given, "
+    "beside "
+    "walls, forces and obstacles") {
   for (std::size_t axis = 0; axis < 3; ++axis) {
     for (const std::int64_t nx : {1, 6, 8, 16}) {
       for (const double tau : of_either) {

@@ -112,16 +112,10 @@ class PlainFluid {
       auto inside = static_cast<std::size_t>(spec_.grid.index(inner[0], inner[1], inner[2]));
       const auto node = static_cast<std::size_t>(spec_.grid.index(at[0], at[1], at[2]));
       if (inner[axis] < 0 || inner[axis] >= spec_.grid.size[axis] || solid_[inside]) inside = node;
-      const auto even = [&](const Vec3& u) {
-        const double cu = velocity(q).dot(u);
-        return w(q) * (1.0 + 4.5 * cu * cu - 1.5 * u.dot(u));
+      const auto share = [&](const Populations& f) {
+        return 0.5 * (f[static_cast<std::size_t>(opposite(q))] + w(q) * (outflow->density - density(f)));
       };
-      const Populations& f = now_[inside];
-      const double departs =
-          0.5 * (f[static_cast<std::size_t>(q)] + f[static_cast<std::size_t>(opposite(q))]) -
-          density(f) * even(flow(f));
-      return -value + 2.0 * outflow->density * even(flow(now_[node])) +
-             (2.0 - 1.0 / spec_.relaxation_time) * departs;
+      return share(now_[node]) + share(now_[inside]);
     }
     if (const auto* inflow = std::get_if<Inflow>(&opening)) {
       const double t = static_cast<double>(steps_ + 1);
