@@ -34,8 +34,8 @@ struct Inflow {
   double risen(std::int64_t steps) const;
 };
 
-/// Fluid that leaves at an end of an axis, at a given density: anti-bounce-back with the velocity of the
-/// node beside it and the shear of the next one inwards. [ginzburg-2008]
+/// Fluid that leaves at an end of an axis, at a given density: what is carried on from the last two nodes,
+/// and a share of the density that is missing.
 struct Outflow {
   double density = 1.0;  // [M L^-3]
 };

@@ -81,8 +81,8 @@ std::vector<Outlet> outlets_of(const Spec& spec, const std::vector<bool>& is_obs
 /// node and the inner one were given from there before the step, as if carried out at half a spacing per
 /// step, about the speed of sound, and a share of the density that is missing. A steady flow that does not
 /// change along the axis goes on to the end as it is, with its fall of density. Minus what leaves
-/// (anti-bounce-back) lets waves grow on a stream of small viscosity; the inner node's alone keeps a momentum
-/// that changes its sign from node to node and from step to step.
+/// (anti-bounce-back [ginzburg-2008]) lets waves grow on a stream of small viscosity; the inner node's alone
+/// keeps a momentum that changes its sign from node to node and from step to step.
 Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside);
 
 /// What all outlets return in the step to come. `arriving(node)` may still ask for what they returned in the
