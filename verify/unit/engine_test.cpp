@@ -542,7 +542,7 @@ TEST_CASE("The ledger shows what result files say, and what no case judges") {
   CHECK_THAT(text.out, ContainsSubstring("published 942.8515"));
   CHECK_THAT(text.out, ContainsSubstring("target 0.01"));
   CHECK_THAT(text.out, ContainsSubstring("duct: not run (exact-law; white-2006)"));
-  CHECK_THAT(text.out, ContainsSubstring("turek-hron-faster: not run (not-compared"));
+  CHECK_THAT(text.out, ContainsSubstring("turek-hron-fsi3: not run (not-compared"));
   const Ran nowhere = folder.run({"claims", "--results", "nowhere"});
   CHECK(nowhere.code == 2);
   CHECK_THAT(nowhere.err, ContainsSubstring("nowhere: no folder of results (it does not exist)"));
