@@ -20,8 +20,8 @@ class Columns {
  public:
   Columns(const io::Hdf5File& file, std::string group) : file_(file), group_(std::move(group)) {}
 
-  std::vector<std::string> texts(const std::string& name) { return held(file_.texts(path_of(name))); }
-  std::vector<double> numbers(const std::string& name) { return held(file_.numbers(path_of(name))); }
+  std::vector<std::string> words_of(const std::string& name) { return held(file_.texts(path_of(name))); }
+  std::vector<double> numbers_of(const std::string& name) { return held(file_.numbers(path_of(name))); }
   std::string path_of(const std::string& name) const { return group_ + "/" + name; }
   std::size_t rows() const { return rows_.value_or(0); }
 

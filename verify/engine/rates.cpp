@@ -11,8 +11,8 @@
 #include <filesystem>
 #include <functional>
 #include <limits>
-#include <map>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "base/say.hpp"
 #include "engine/result.hpp"
@@ -198,27 +198,39 @@ fs::path file_of(const std::string& what, int threads) {
   return cache / fmt::format("{}-{}-{}.json", what, machine, threads);
 }
 
+bool is_recent(const fs::path& file) {
+  using namespace std::chrono_literals;
+  std::error_code none;
+  const fs::file_time_type written = fs::last_write_time(file, none);
+  return !none && fs::file_time_type::clock::now() - written < 10min;
+}
+
 // Numbers that are measured once and kept in that file, unless it has no name. What a busy machine shows is
-// not what it can: that is known as long as this program runs.
+// not what it can: that is kept beside it, and good for ten minutes.
 std::vector<double> kept_or(const fs::path& file, std::size_t count,
                             const std::function<std::vector<double>(bool& disturbed)>& measure) {
-  static std::map<fs::path, std::vector<double>> measured_busy;
+  const auto tell = [] {
+    static bool told = false;
+    if (!std::exchange(told, true))
+      complain("other programs keep this machine busy: times are estimated from how fast it is beside them");
+  };
   if (!file.empty()) {
     if (const auto known = kept(file, count)) return *known;
   }
-  if (const auto known = measured_busy.find(file); known != measured_busy.end()) return known->second;
+  const fs::path while_busy = file.empty() ? file : fs::path(file).replace_extension(".busy.json");
+  if (is_recent(while_busy)) {
+    if (const auto known = kept(while_busy, count)) {
+      tell();
+      return *known;
+    }
+  }
   bool disturbed = false;
   std::vector<double> now = measure(disturbed);
+  if (disturbed) tell();
   if (file.empty()) return now;
-  if (disturbed) {
-    if (measured_busy.empty())
-      complain("other programs keep this machine busy: times are estimated from how fast it is beside them");
-    measured_busy[file] = now;
-    return now;
-  }
   try {
     fs::create_directories(file.parent_path());
-    io::write_file(file, Json(now).dump(1) + "\n");
+    io::write_file(disturbed ? while_busy : file, Json(now).dump(1) + "\n");
   } catch (const std::exception&) {
     // It is measured again next time.
   }

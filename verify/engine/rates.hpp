@@ -24,8 +24,8 @@ struct Rates {
 };
 
 /// Of this machine with so many threads, from a file in $XDG_CACHE_HOME/veriflex or .cache/veriflex of the
-/// home directory; measured where there is none, which is kept where it can be written and no other program
-/// kept the machine busy meanwhile (then it is complained, and measured again by the next program).
+/// home directory; measured where there is none, which is kept where it can be written: for ten minutes where
+/// other programs kept the machine busy meanwhile, which is told.
 Rates rates(int threads);
 
 /// The same with the rate of the work's own box, or of a part of it that no cache holds, where that work

@@ -472,9 +472,9 @@ observe::Record read_table(const io::Hdf5File& file, const std::string& group) {
     table.columns.push_back(
         {column, said(path, "symbol"), said(path, "dimension"), said(path, "meaning"), {}});
     if (file.holds_texts(path)) {
-      table.columns.back().texts = columns.texts(column);
+      table.columns.back().texts = columns.words_of(column);
     } else {
-      table.columns.back().values = columns.numbers(column);
+      table.columns.back().values = columns.numbers_of(column);
     }
   }
   return table;

@@ -19,7 +19,7 @@ namespace {
 
 std::vector<StoredCheck> read_checks(const io::Hdf5File& file) {
   Columns columns(file, "/checks");
-  std::vector<StoredCheck> checks(columns.texts("metric").size());
+  std::vector<StoredCheck> checks(columns.words_of("metric").size());
   for (const auto& [name, member] : {std::pair{"metric", &StoredCheck::metric},
                                      {"kind", &StoredCheck::kind},
                                      {"statement", &StoredCheck::statement},
@@ -31,7 +31,7 @@ std::vector<StoredCheck> read_checks(const io::Hdf5File& file) {
                                      {"target_kind", &StoredCheck::target_kind},
                                      {"source", &StoredCheck::source},
                                      {"claim", &StoredCheck::claim}}) {
-    const std::vector<std::string> values = columns.texts(name);
+    const std::vector<std::string> values = columns.words_of(name);
     for (std::size_t i = 0; i < checks.size(); ++i) checks[i].*member = values[i];
   }
   for (const auto& [name, member] : {std::pair{"measured", &StoredCheck::measured},
@@ -39,14 +39,14 @@ std::vector<StoredCheck> read_checks(const io::Hdf5File& file) {
                                      {"tolerance", &StoredCheck::tolerance},
                                      {"error", &StoredCheck::error},
                                      {"margin", &StoredCheck::margin}}) {
-    const std::vector<double> values = columns.numbers(name);
+    const std::vector<double> values = columns.numbers_of(name);
     for (std::size_t i = 0; i < checks.size(); ++i) checks[i].*member = values[i];
   }
   if (!file.holds("/checks/uncertainty_reference")) return checks;
   for (const auto& [name, member] : {std::pair{"uncertainty_reference", &StoredCheck::uncertainty_reference},
                                      {"uncertainty_numerical", &StoredCheck::uncertainty_numerical},
                                      {"uncertainty_input", &StoredCheck::uncertainty_input}}) {
-    const std::vector<double> values = columns.numbers(name);
+    const std::vector<double> values = columns.numbers_of(name);
     for (std::size_t i = 0; i < checks.size(); ++i) checks[i].*member = values[i];
   }
   return checks;
@@ -54,9 +54,9 @@ std::vector<StoredCheck> read_checks(const io::Hdf5File& file) {
 
 std::vector<observe::Metric> read_metrics(const io::Hdf5File& file) {
   Columns columns(file, "/metrics");
-  const std::vector<std::string> names = columns.texts("name"), dimensions = columns.texts("dimension"),
-                                 meanings = columns.texts("meaning");
-  const std::vector<double> values = columns.numbers("value");
+  const std::vector<std::string> names = columns.words_of("name"), dimensions = columns.words_of("dimension"),
+                                 meanings = columns.words_of("meaning");
+  const std::vector<double> values = columns.numbers_of("value");
   std::vector<observe::Metric> metrics;
   for (std::size_t i = 0; i < columns.rows(); ++i) {
     metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
@@ -71,8 +71,8 @@ std::vector<observe::Metric> read_work(const io::Hdf5File& file) {
                     "1", field.meaning});
   }
   Columns parts(file, "/parts");
-  const std::vector<std::string> names = parts.texts("part");
-  const std::vector<double> count = parts.numbers("count");
+  const std::vector<std::string> names = parts.words_of("part");
+  const std::vector<double> count = parts.numbers_of("count");
   for (std::size_t i = 0; i < names.size(); ++i) work.push_back({"built." + names[i], count[i], "1", ""});
   return work;
 }
@@ -80,13 +80,13 @@ std::vector<observe::Metric> read_work(const io::Hdf5File& file) {
 std::vector<StoredPart> read_plan(const io::Hdf5File& file) {
   std::vector<StoredPart> plan;
   Columns built(file, "/plan/built");
-  const std::vector<std::string> modules = built.texts("module"), what = built.texts("what");
-  const std::vector<double> bytes = built.numbers("memory_bytes");
+  const std::vector<std::string> modules = built.words_of("module"), what = built.words_of("what");
+  const std::vector<double> bytes = built.numbers_of("memory_bytes");
   for (std::size_t i = 0; i < modules.size(); ++i) {
     plan.push_back({modules[i], fmt::format("{} ({} bytes)", what[i], bytes[i]), true});
   }
   Columns left_out(file, "/plan/left_out");
-  const std::vector<std::string> absent = left_out.texts("module"), why = left_out.texts("why");
+  const std::vector<std::string> absent = left_out.words_of("module"), why = left_out.words_of("why");
   for (std::size_t i = 0; i < absent.size(); ++i) plan.push_back({absent[i], why[i], false});
   return plan;
 }

@@ -62,13 +62,14 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, int repe
       .settings = settings, .outcome = file.attribute("/", "outcome"), .message = {}, .seen = {}, .work = {}};
   if (row.outcome != "completed") row.message = file.attribute("/", "error_message");
   engine::Columns metrics(file, "/metrics");
-  const std::vector<std::string> names = metrics.texts("name"), dimensions = metrics.texts("dimension"),
-                                 meanings = metrics.texts("meaning");
-  const std::vector<double> values = metrics.numbers("value");
+  const std::vector<std::string> names = metrics.words_of("name"), dimensions = metrics.words_of("dimension"),
+                                 meanings = metrics.words_of("meaning");
+  const std::vector<double> values = metrics.numbers_of("value");
   for (std::size_t i = 0; i < names.size(); ++i)
     row.seen.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
   engine::Columns repeated(file, "/repeats");
-  const std::vector<double> wall = repeated.numbers("wall_seconds"), cpu = repeated.numbers("cpu_seconds");
+  const std::vector<double> wall = repeated.numbers_of("wall_seconds"),
+                            cpu = repeated.numbers_of("cpu_seconds");
   if (row.outcome == "completed" && wall.size() != static_cast<std::size_t>(repeats)) return std::nullopt;
   const auto sum = [](const std::vector<double>& phases) {
     return std::accumulate(phases.begin(), phases.end(), 0.0);
@@ -81,8 +82,8 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, int repe
   }
   row.parts_bytes = static_cast<double>(file.integer("/parts", "peak_bytes"));
   engine::Columns built(file, "/parts");
-  const std::vector<std::string> part = built.texts("part");
-  const std::vector<double> count = built.numbers("count"), bytes = built.numbers("memory_bytes");
+  const std::vector<std::string> part = built.words_of("part");
+  const std::vector<double> count = built.numbers_of("count"), bytes = built.numbers_of("memory_bytes");
   for (std::size_t i = 0; i < part.size(); ++i) {
     for (std::size_t k = 0; k < parts::kinds.size(); ++k) {
       if (parts::kinds[k].id == part[i])
