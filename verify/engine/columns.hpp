@@ -11,6 +11,7 @@
 
 #include "base/error.hpp"
 #include "io/hdf5.hpp"
+#include "observe/record.hpp"
 
 namespace veriflex::engine {
 
@@ -38,6 +39,19 @@ class Columns {
   std::string group_;
   std::optional<std::size_t> rows_;
 };
+
+/// The metrics that such a group holds.
+inline std::vector<observe::Metric> read_metrics(const io::Hdf5File& file, const std::string& group) {
+  Columns columns(file, group);
+  const std::vector<std::string> names = columns.words_of("name"), dimensions = columns.words_of("dimension"),
+                                 meanings = columns.words_of("meaning");
+  const std::vector<double> values = columns.numbers_of("value");
+  std::vector<observe::Metric> metrics;
+  for (std::size_t i = 0; i < columns.rows(); ++i) {
+    metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
+  }
+  return metrics;
+}
 
 /// A number that counts something. Throws InputError for a negative one or a fraction, and beyond 2^53.
 inline std::uint64_t count_of(double number, const io::Hdf5File& file, const std::string& path) {

@@ -52,18 +52,6 @@ std::vector<StoredCheck> read_checks(const io::Hdf5File& file) {
   return checks;
 }
 
-std::vector<observe::Metric> read_metrics(const io::Hdf5File& file) {
-  Columns columns(file, "/metrics");
-  const std::vector<std::string> names = columns.words_of("name"), dimensions = columns.words_of("dimension"),
-                                 meanings = columns.words_of("meaning");
-  const std::vector<double> values = columns.numbers_of("value");
-  std::vector<observe::Metric> metrics;
-  for (std::size_t i = 0; i < columns.rows(); ++i) {
-    metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
-  }
-  return metrics;
-}
-
 std::vector<observe::Metric> read_work(const io::Hdf5File& file) {
   std::vector<observe::Metric> work;
   for (const work::Field& field : work::fields) {
@@ -123,7 +111,7 @@ StoredResult read_result(const fs::path& path) {
   r.case_text = only(file.texts("/case"), path.string(), "/case");
   r.plan = read_plan(file);
   for (const std::string& name : file.names("/records")) r.records.push_back(read_record(file, name));
-  r.metrics = read_metrics(file);
+  r.metrics = read_metrics(file, "/metrics");
   r.work = read_work(file);
   r.checks = read_checks(file);
   for (const std::string& id : file.names("/references")) {

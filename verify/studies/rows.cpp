@@ -61,12 +61,7 @@ std::optional<Row> read_row(const Base& base, const Settings& settings, int repe
   Row row{
       .settings = settings, .outcome = file.attribute("/", "outcome"), .message = {}, .seen = {}, .work = {}};
   if (row.outcome != "completed") row.message = file.attribute("/", "error_message");
-  engine::Columns metrics(file, "/metrics");
-  const std::vector<std::string> names = metrics.words_of("name"), dimensions = metrics.words_of("dimension"),
-                                 meanings = metrics.words_of("meaning");
-  const std::vector<double> values = metrics.numbers_of("value");
-  for (std::size_t i = 0; i < names.size(); ++i)
-    row.seen.metrics.push_back({names[i], values[i], dimensions[i], meanings[i]});
+  row.seen.metrics = engine::read_metrics(file, "/metrics");
   engine::Columns repeated(file, "/repeats");
   const std::vector<double> wall = repeated.numbers_of("wall_seconds"),
                             cpu = repeated.numbers_of("cpu_seconds");

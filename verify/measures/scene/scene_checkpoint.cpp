@@ -144,13 +144,7 @@ observe::Run::State run_of(const io::Hdf5File& file, const scene::Simulation& si
                            const observe::Run::State& now) {
   observe::Run::State state{
       file.integer("/run", "checked"), {}, {}, numbers(file, "/run/load_work", now.load_work.size()), {}};
-  engine::Columns good(file, "/run/good");
-  const std::vector<std::string> names = good.words_of("name"), dimensions = good.words_of("dimension"),
-                                 meanings = good.words_of("meaning");
-  const std::vector<double> values = good.numbers_of("value");
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    state.good.push_back({names[i], values[i], dimensions[i], meanings[i]});
-  }
+  state.good = engine::read_metrics(file, "/run/good");
   for (std::size_t i = 0; i < simulation.body_count(); ++i) {
     state.good_nodes.push_back(positions(file, fmt::format("/run/good_nodes/{}", i),
                                          static_cast<std::size_t>(simulation.body(i).positions().rows())));
