@@ -16,7 +16,7 @@ namespace {
 
 // Of the undisturbed flow that the uniform force drives between the nearest walls [L T^-1]; 0 without either.
 double speed_of_force(const fluid::Spec& fluid) {
-  const double viscosity = (fluid.relaxation_time - 0.5) / 3.0;
+  const double viscosity = fluid::viscosity(fluid.relaxation_time);
   double speed = 0.0, nearest = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
     const auto gap = static_cast<double>(fluid.grid.size[static_cast<std::size_t>(axis)]);
