@@ -25,7 +25,7 @@ using Json = nlohmann::ordered_json;
 using engine::AuditedCheck;
 using engine::AuditNote;
 
-struct Asked {
+struct AuditOptions {
   std::string results = "results";
   std::vector<std::string> against;
   bool json = false;
@@ -106,7 +106,7 @@ Json json_of(const std::vector<AuditNote>& notes) {
   return all;
 }
 
-int audit_command(const Asked& asked) {
+int audit_command(const AuditOptions& asked) {
   int code = exit_code::success;
   const std::vector<engine::StoredResult> results = read_all(asked.results, code);
   std::vector<engine::StoredResult> others;
@@ -145,7 +145,7 @@ int audit_command(const Asked& asked) {
 }  // namespace
 
 void add_audit_command(CLI::App& app, int& exit_code) {
-  const auto asked = std::make_shared<Asked>();
+  const auto asked = std::make_shared<AuditOptions>();
   CLI::App* audit = app.add_subcommand(
       "audit", "how much checks are worth: margins, loose and close tolerances, what nothing judges");
   audit->add_option("results", asked->results, "folder of result files")->capture_default_str();

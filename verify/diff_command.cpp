@@ -24,7 +24,7 @@ using engine::StoredResult;
 
 constexpr std::size_t most_rows = 10;  // of a table on a terminal
 
-struct Asked {
+struct DiffOptions {
   std::string before, after, html;
   bool json = false;
 };
@@ -53,7 +53,7 @@ std::vector<StoredResult> read_side(const std::string& where, DiffSide& side) {
   return results;
 }
 
-Diff compare(const Asked& asked) {
+Diff compare(const DiffOptions& asked) {
   std::error_code unknown;
   const bool one_file = fs::is_regular_file(asked.before, unknown);
   if (one_file != fs::is_regular_file(asked.after, unknown)) {
@@ -175,7 +175,7 @@ Json json_of(const Diff& diff) {
           {"only_after", diff.difference.added}};
 }
 
-int diff_command(const Asked& asked) {
+int diff_command(const DiffOptions& asked) {
   const Diff diff = compare(asked);
   int code = diff.difference.worse.empty() ? exit_code::success : exit_code::check_failed;
   for (const DiffSide* side : {&diff.before, &diff.after}) {
@@ -196,7 +196,7 @@ int diff_command(const Asked& asked) {
 }  // namespace
 
 void add_diff_command(CLI::App& app, int& exit_code) {
-  const auto asked = std::make_shared<Asked>();
+  const auto asked = std::make_shared<DiffOptions>();
   CLI::App* diff = app.add_subcommand("diff", "what two runs of the same cases say differently");
   diff->add_option("before", asked->before, "folder of result files, or one result file")->required();
   diff->add_option("after", asked->after, "the same of the later run")->required();

@@ -38,13 +38,13 @@ std::string xml(const std::string& text) {
 
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-struct Judged {
+struct Numbers {
   double measured, target, tolerance, margin;
 };
 
 /// A line on a check.
 std::string judged(const std::string& verdict, const std::string& metric, bool outside,
-                   const std::string& statement, const Judged& numbers) {
+                   const std::string& statement, const Numbers& numbers) {
   return fmt::format("{}: {} measured {:.17g}, {} {:.17g}, tolerance {:.3g}, margin {:.3g}. {}\n", verdict,
                      metric, numbers.measured, outside ? "must lie outside of" : "target", numbers.target,
                      numbers.tolerance, numbers.margin, statement);

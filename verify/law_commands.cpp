@@ -86,9 +86,9 @@ bond::AnyLaw law_of(const LawOptions& options, std::optional<double> otherwise) 
   return law;
 }
 
-Json number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
-Json number(const std::optional<double>& value) { return value ? number(*value) : Json(nullptr); }
-Json interval(const Interval& i) { return Json::array({number(i.lo), number(i.hi)}); }
+Json json_number(double value) { return std::isfinite(value) ? Json(value) : Json(nullptr); }
+Json json_number(const std::optional<double>& value) { return value ? json_number(*value) : Json(nullptr); }
+Json interval(const Interval& i) { return Json::array({json_number(i.lo), json_number(i.hi)}); }
 
 Json validity_json(const bond::Derivation& d) {
   Json all = Json::array();
@@ -101,7 +101,7 @@ Json validity_json(const bond::Derivation& d) {
 
 Json parameters_json(const bond::AnyLaw& law) {
   Json all = Json::object();
-  for (const bond::NamedValue& p : bond::parameters_of(law)) all[p.name] = number(p.value);
+  for (const bond::NamedValue& p : bond::parameters_of(law)) all[p.name] = json_number(p.value);
   return all;
 }
 
@@ -123,15 +123,15 @@ Json derivation_json(const bond::AnyLaw& law, const bond::Derivation& d) {
   }
   return {{"law", bond::name_of(law)},
           {"parameters", parameters_json(law)},
-          {"rest_length", number(d.rest_length)},
-          {"stiffness", number(d.stiffness)},
-          {"force_per_strain", number(d.force_per_strain)},
-          {"young_modulus", number(d.young_modulus)},
-          {"stiffness_over_fene_k", number(d.stiffness_over_fene_k)},
-          {"strain_at_r_max", number(d.strain_at_r_max)},
-          {"min_tangent_ratio", number(d.min_tangent_ratio)},
-          {"min_tangent_strain", number(d.min_tangent_strain)},
-          {"stiffness_by_differences", number(d.stiffness_by_differences.value)},
+          {"rest_length", json_number(d.rest_length)},
+          {"stiffness", json_number(d.stiffness)},
+          {"force_per_strain", json_number(d.force_per_strain)},
+          {"young_modulus", json_number(d.young_modulus)},
+          {"stiffness_over_fene_k", json_number(d.stiffness_over_fene_k)},
+          {"strain_at_r_max", json_number(d.strain_at_r_max)},
+          {"min_tangent_ratio", json_number(d.min_tangent_ratio)},
+          {"min_tangent_strain", json_number(d.min_tangent_strain)},
+          {"stiffness_by_differences", json_number(d.stiffness_by_differences.value)},
           {"kinks", kinks},
           {"validity", validity_json(d)}};
 }
@@ -214,12 +214,12 @@ void calibrate_command(const CalibrateOptions& options) {
     if (options.law.json) {
       const Json json{{"law", bond::name_of(c.law)},
                       {"parameters", parameters_json(c.law)},
-                      {"epsilon", number(parameter(c.law, "epsilon"))},
-                      {"sigma", number(parameter(c.law, "sigma"))},
-                      {"bond_stiffness", number(parameter(c.law, "bond_stiffness"))},
-                      {"angle_stiffness", number(c.angle_stiffness)},
-                      {"rest_length", number(c.derivation.rest_length)},
-                      {"young_modulus", number(c.derivation.young_modulus)},
+                      {"epsilon", json_number(parameter(c.law, "epsilon"))},
+                      {"sigma", json_number(parameter(c.law, "sigma"))},
+                      {"bond_stiffness", json_number(parameter(c.law, "bond_stiffness"))},
+                      {"angle_stiffness", json_number(c.angle_stiffness)},
+                      {"rest_length", json_number(c.derivation.rest_length)},
+                      {"young_modulus", json_number(c.derivation.young_modulus)},
                       {"validity", validity_json(c.derivation)}};
       fmt::print("{}\n", json.dump(2));
       return;

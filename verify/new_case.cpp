@@ -22,14 +22,14 @@ namespace fs = std::filesystem;
 namespace {
 
 // A key with its value, which may take several lines.
-struct Entry {
+struct KeyLines {
   std::string key, lines;
 };
 
 // `[header]` or `[[header]]`, empty for what stands before the first, and its keys. Comments are left out.
 struct Block {
   std::string header;
-  std::vector<Entry> entries;
+  std::vector<KeyLines> entries;
 
   bool is_array() const { return header.starts_with("[["); }
   std::string name() const {
@@ -37,9 +37,9 @@ struct Block {
   }
   // The table at the top that this one is, or is part of.
   std::string top() const { return header.empty() ? "" : name().substr(0, name().find('.')); }
-  const Entry* find(const std::string& key) const {
+  const KeyLines* find(const std::string& key) const {
     const auto found =
-        std::find_if(entries.begin(), entries.end(), [&](const Entry& e) { return e.key == key; });
+        std::find_if(entries.begin(), entries.end(), [&](const KeyLines& e) { return e.key == key; });
     return found == entries.end() ? nullptr : &*found;
   }
 };
@@ -157,7 +157,7 @@ std::vector<Block> one_check(const Template& from) {
     if (block.top() != "check") continue;
     if (block.is_array() && block.name() == "check") {
       if (!check.empty()) break;
-      const Entry* kind = block.find("kind");
+      const KeyLines* kind = block.find("kind");
       const bool stands_alone = kind != nullptr && kind->lines.find("verification") != std::string::npos &&
                                 block.find("target") != nullptr;
       if (!stands_alone) continue;
@@ -172,7 +172,7 @@ std::vector<Block> one_check(const Template& from) {
 void add(std::string& text, const Block& block, const std::map<std::string, std::string>& meaning) {
   if (!block.header.empty()) text += "\n" + block.header + "\n";
   const std::string before = block.header.empty() ? "" : block.name() + (block.is_array() ? "[]." : ".");
-  for (const Entry& entry : block.entries) {
+  for (const KeyLines& entry : block.entries) {
     std::string path = before + entry.key;
     if (path.starts_with("check.")) path.replace(0, 6, "check[].");
     if (path.starts_with("body.")) path.replace(0, 5, "body[].");
@@ -194,14 +194,14 @@ std::string new_case(const std::string& driver, const std::string& id, const fs:
       driver, id, id, id);
   for (Block block : from.blocks) {
     if (block.top() == "check" || block.top() == "assumed" || is_study(block.top())) continue;
-    for (Entry& entry : block.entries) {
+    for (KeyLines& entry : block.entries) {
       if (!block.header.empty()) break;
       if (entry.key == "id") entry.lines = fmt::format("id = {}", io::toml_text(id));
       if (entry.key == "sources") entry.lines = "sources = []";
       if (entry.key == "topics") entry.lines = "topics = []";
     }
     // Studies may stand as inline tables, too.
-    std::erase_if(block.entries, [&](const Entry& e) {
+    std::erase_if(block.entries, [&](const KeyLines& e) {
       return block.header.empty() && (is_study(e.key) || e.key == "assumed" || e.key == "check");
     });
     add(text, block, meaning);

@@ -35,11 +35,6 @@ std::vector<Field> fields_of(std::string_view line) {
   }
 }
 
-// std::from_chars does not know a leading '+'.
-std::string_view without_plus(std::string_view text) {
-  return text.size() > 1 && text[0] == '+' && text[1] != '-' ? text.substr(1) : text;
-}
-
 double number(const Field& field, const Place& place) {
   double value = 0.0;
   const std::string_view digits = without_plus(field.text);
@@ -53,6 +48,10 @@ double number(const Field& field, const Place& place) {
 }
 
 }  // namespace
+
+std::string_view without_plus(std::string_view text) {
+  return text.size() > 1 && text[0] == '+' && text[1] != '-' ? text.substr(1) : text;
+}
 
 std::vector<CsvColumn> parse_csv(std::string_view text, const std::string& file) {
   constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";

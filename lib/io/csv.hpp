@@ -13,6 +13,9 @@ struct CsvColumn {
   std::vector<double> values;
 };
 
+/// `text` without its sign where that is a plus, which std::from_chars does not know.
+std::string_view without_plus(std::string_view text);
+
 /// The table in `text`; `file` is only for messages.
 /// Throws InputError: no columns, repeated or empty names, rows of another length, anything that is not a
 /// finite number.

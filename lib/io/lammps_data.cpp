@@ -11,6 +11,7 @@
 #include <optional>
 
 #include "base/error.hpp"
+#include "io/csv.hpp"
 #include "io/file.hpp"
 
 namespace veriflex::io {
@@ -89,11 +90,6 @@ struct AtomStyle {
 };
 constexpr std::array atom_styles{AtomStyle{"atomic", 0, 0}, AtomStyle{"bond", 1, 0}, AtomStyle{"angle", 1, 0},
                                  AtomStyle{"molecular", 1, 0}, AtomStyle{"full", 1, 1}};
-
-// std::from_chars does not know a leading '+'.
-std::string_view without_plus(std::string_view text) {
-  return text.size() > 1 && text[0] == '+' && text[1] != '-' ? text.substr(1) : text;
-}
 
 template <class Named, std::size_t n>
 std::vector<std::string> names_of(const std::array<Named, n>& all) {

@@ -20,9 +20,9 @@ using Sparse = Eigen::SparseMatrix<double>;
 constexpr double tolerance = 1e-11;  // of eigenvalues
 // Of K or A; below, a dense solver is faster, and cannot fail as Lanczos' method does where a matrix has so
 // few different eigenvalues (a single bond: two) that the Krylov space ends at once.
-constexpr Eigen::Index dense_size = 200;
-constexpr double room = 0.02;          // of 1 + cos(n theta), which the polynomials divide by
-constexpr int most_terms = 200;        // of a polynomial; `room` needs 60
+constexpr Eigen::Index dense_matrix = 200;
+constexpr double room_below = 0.02;    // of 1 + cos(n theta), which the polynomials divide by
+constexpr int most_terms = 200;        // of a polynomial; `room_below` needs 60
 constexpr double series_ends = 1e-14;  // last coefficient over the largest
 constexpr double overflow =
     1e100;  // of a matrix: beyond, its norm is all that is known, and all that is asked
@@ -32,7 +32,7 @@ double largest_of(const Sparse& matrix, const char* what) {
   if (matrix.rows() == 0) return 0.0;
   const double norm = solid::infinity_norm(matrix);
   if (norm == 0.0 || !(norm < overflow)) return norm;
-  if (matrix.rows() <= dense_size) {
+  if (matrix.rows() <= dense_matrix) {
     return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(Eigen::MatrixXd(matrix), Eigen::EigenvaluesOnly)
         .eigenvalues()
         .maxCoeff();
@@ -101,7 +101,8 @@ std::optional<AlternatingGrowth> AlternatingGrowth::of(const CoupledStep& step, 
   const int n = step.substeps();
   const double stiffest = scales.stiffness * (1.0 + 1e-9);
   const double cosine = 1.0 - stiffest / (2.0 * step.node_mass() * n * n);
-  const bool slow = cosine > std::cos(std::numbers::pi / n) && 1.0 + std::cos(n * std::acos(cosine)) > room;
+  const bool slow =
+      cosine > std::cos(std::numbers::pi / n) && 1.0 + std::cos(n * std::acos(cosine)) > room_below;
   if (step.is_implicit() || step.is_subcycled() || step.is_damped() || !slow ||
       !(scales.answered < 2.0 - 1e-9))
     return std::nullopt;

@@ -11,14 +11,14 @@ namespace veriflex::scene {
 
 namespace {
 
-constexpr double farthest = 1e15;  // beyond, neighbouring cells are not told apart
+constexpr double farthest_cell = 1e15;  // beyond, neighbouring cells are not told apart
 
 /// Cells of one spacing, by their lowest corner; periodic axes are wrapped.
 class Cells {
  public:
   Cells(const Grid& grid, const std::array<bool, 3>& closed) : grid_(grid), closed_(closed) {}
 
-  bool has_place(const Vec3& X) const { return X.cwiseAbs().maxCoeff() < farthest; }
+  bool has_place(const Vec3& X) const { return X.cwiseAbs().maxCoeff() < farthest_cell; }
 
   std::int64_t key(const Vec3& X, std::int64_t dx, std::int64_t dy, std::int64_t dz) const {
     const std::array<std::int64_t, 3> shift{dx, dy, dz};

@@ -21,7 +21,7 @@ namespace {
 
 using Vector = Eigen::VectorXd;
 
-constexpr Eigen::Index dense_size = 250;  // of the state; below, a dense solver is faster and cannot fail
+constexpr Eigen::Index dense_state = 250;  // of the state; below, a dense solver is faster and cannot fail
 
 }  // namespace
 
@@ -105,7 +105,7 @@ Growth growth_of_large(const CoupledStep& step, const Scales& scales, int steps)
 }
 
 bool grows(const CoupledStep& step, const Scales& scales) {
-  if (step.size() <= dense_size) return dense_growth(step).grows();
+  if (step.size() <= dense_state) return dense_growth(step).grows();
   if (const auto alternating = AlternatingGrowth::of(step, scales)) {
     return alternating->exceeds(1.0 + growth_resolution);
   }
@@ -120,7 +120,7 @@ Growth large_growth(const CoupledStep& step) {
 
 Growth coupling_growth(const fluid::Spec& fluid, std::span<const Body> bodies, FluidMemory memory) {
   const CoupledStep step(fluid, bodies, memory);
-  return step.size() <= dense_size ? dense_growth(step) : large_growth(step);
+  return step.size() <= dense_state ? dense_growth(step) : large_growth(step);
 }
 
 double answered_slip(const fluid::Spec& fluid, std::span<const Body> bodies) {

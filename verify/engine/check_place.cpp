@@ -11,8 +11,6 @@ namespace veriflex::engine {
 
 namespace {
 
-constexpr double max_steps = 1e9;
-
 /// The supports of X, of markers in nodes with fluid.
 void require_fluid(const fluid::Spec& fluid, coupling::Delta delta, const Positions& X,
                    const std::string& what, const std::string& when, const Place& where) {

@@ -20,7 +20,10 @@ void check_images(const fluid::Spec& fluid, coupling::Delta delta, const Vec3& e
 void check_supports(const fluid::Spec& fluid, coupling::Delta delta, const Positions& X, const Vec3& stroke,
                     const std::string& what, const Place& where);
 
-/// Refuses more steps than any run makes, and fewer than `min`, with an InputError at `where`.
+/// The most steps that a run makes.
+inline constexpr double max_steps = 1e9;
+
+/// Refuses more than these, and fewer than `min`, with an InputError at `where`.
 std::int64_t whole_steps(double steps, double min, const std::string& what, const Place& where);
 
 }  // namespace veriflex::engine

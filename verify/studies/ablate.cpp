@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <map>
 
 #include "base/mutant.hpp"
@@ -77,8 +76,7 @@ std::pair<std::string, std::string> kind_of(const observe::Metric& metric) {
 }
 
 double moved(const Row& of_case, const Row& variant) {
-  if (of_case.outcome != "completed" || variant.outcome != "completed")
-    return std::numeric_limits<double>::quiet_NaN();
+  if (of_case.outcome != "completed" || variant.outcome != "completed") return not_a_number;
   std::map<std::pair<std::string, std::string>, double> scale;
   for (const observe::Metric& metric : of_case.seen.metrics) {
     double& largest = scale[kind_of(metric)];

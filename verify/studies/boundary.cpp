@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "base/mutant.hpp"
@@ -19,8 +18,6 @@ namespace {
 using observe::Column;
 using observe::Observations;
 using observe::Record;
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // When a row counts as good: it comes to its end, and this metric stays within its bound.
 struct Criterion {

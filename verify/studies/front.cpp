@@ -9,6 +9,7 @@
 #include <optional>
 
 #include "base/mutant.hpp"
+#include "studies/table.hpp"
 
 namespace veriflex::studies {
 
@@ -18,7 +19,6 @@ using observe::Column;
 using observe::Record;
 using Rows = std::vector<std::size_t>;
 
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 constexpr double unlimited = std::numeric_limits<double>::infinity();
 
 Rows front_of(const std::vector<Priced>& rows, Rows among) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/error.hpp"
 #include "base/mutant.hpp"
@@ -24,8 +23,6 @@ namespace {
 using observe::Column;
 using observe::Observations;
 using observe::Record;
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // What is worth a look along an axis: of each metric and each combination of the other axes. Orders of what
 // is no error mean nothing and do no harm.

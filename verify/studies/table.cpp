@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "base/error.hpp"
 #include "studies/numbers.hpp"
@@ -17,8 +16,6 @@ namespace {
 using observe::Column;
 using observe::Metric;
 using observe::Record;
-
-constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 // Every metric of any row, as the first row that has it declares it.
 std::vector<Metric> declared(const std::vector<Row>& rows) {

@@ -1,11 +1,16 @@
 /// The table that rows of a study make, and what a study adds to what one run of the case can measure.
 #pragma once
 
+#include <limits>
+
 #include "engine/asked.hpp"
 #include "studies/grid.hpp"
 #include "studies/rows.hpp"
 
 namespace veriflex::studies {
+
+/// In the place of a number that there is none of.
+inline constexpr double not_a_number = std::numeric_limits<double>::quiet_NaN();
 
 /// Appends what was measured in each row to the columns that lead it: outcome, each metric of any row (not a
 /// number where a row lacks it), work, message.

@@ -160,7 +160,7 @@ double slope_of(const std::vector<double>& x, const std::vector<double>& y, std:
   return slope;
 }
 
-Observations declared() {
+Observations buckling_filament_observations() {
   return {
       .records =
           {{"buckling_mode",
@@ -193,7 +193,8 @@ Observations declared() {
           {"bond_strain", {}, "1", "by which the middle bonds are shorter at the end"}}};
 }
 
-void run(const Filament& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_buckling_filament(const Filament& study, Observations& seen, Progress& progress,
+                           engine::Cost& cost) {
   const scene::Body& body = study.scene.bodies.front();
   const fluid::Spec& spec = study.fluid();
   double coupling_growth = 0.0;
@@ -334,7 +335,9 @@ engine::Study read_buckling_filament(const io::Table& top) {
                        "at every node, each step",
                        static_cast<double>(spec.grid.count()) * 4.0 * sizeof(double),
                        {parts::Kind::UniformForce}});
-  return {.plan = std::move(plan), .declares = declared(), .run = std::bind_front(run, study)};
+  return {.plan = std::move(plan),
+          .declares = buckling_filament_observations(),
+          .run = std::bind_front(run_buckling_filament, study)};
 }
 
 }  // namespace veriflex::measures

@@ -70,7 +70,7 @@ double critical_factor_of_map(const scene::Scene& scene) {
   return factor;
 }
 
-Observations declared(bool with_least_mass, bool with_transient) {
+Observations coupled_spectrum_observations(bool with_least_mass, bool with_transient) {
   Observations all;
   all.records = {{"spectrum",
                   "Eigenvalues of largest magnitude of a step",
@@ -107,7 +107,8 @@ Observations declared(bool with_least_mass, bool with_transient) {
   return all;
 }
 
-void run(const SpectrumStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_coupled_spectrum(const SpectrumStudy& study, Observations& seen, Progress& progress,
+                          engine::Cost& cost) {
   progress.show("spectrum", 0, study.resolution ? 4 : 2);
   const scene::ExactGrowth exact = scene::exact_growth(study.scene, study.search);
   cost.finish("spectrum");
@@ -209,8 +210,8 @@ engine::Study read_coupled_spectrum(const io::Table& top) {
   scene::put_in(plan, {"loads", "minute forces that kick the bodies of runs", 0.0, {parts::Kind::Loads}});
   check_places(read);
   return {.plan = std::move(plan),
-          .declares = declared(study.resolution.has_value(), !study.transient.empty()),
-          .run = std::bind_front(run, study)};
+          .declares = coupled_spectrum_observations(study.resolution.has_value(), !study.transient.empty()),
+          .run = std::bind_front(run_coupled_spectrum, study)};
 }
 
 }  // namespace veriflex::measures

@@ -32,7 +32,7 @@ struct CouplingStability {
   double resolution;  // of the boundary, relative
 };
 
-Observations declared(const CouplingStability& study) {
+Observations coupling_stability_observations(const CouplingStability& study) {
   Observations all;
   all.metrics = {
       {"coupled", {}, "1", "number of coupled nodes"},
@@ -75,7 +75,8 @@ scene::Body body_of(const CouplingStability& study, double node_mass) {
           .coupling = study.coupling};
 }
 
-void run(const CouplingStability& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_coupling_stability(const CouplingStability& study, Observations& seen, Progress& progress,
+                            engine::Cost& cost) {
   constexpr double accuracy = 1e-3;
   const auto grows = [&](double mass) {
     return run_kicked({.fluid = study.fluid, .bodies = {body_of(study, mass)}}, study.steps).grows;
@@ -148,7 +149,9 @@ engine::Study read_coupling_stability(const io::Table& top) {
                                              .fluid = study.fluid,
                                              .coupling = study.coupling});
   check(study, top.table("fluid").place("nodes"));
-  return {.plan = std::move(plan), .declares = declared(study), .run = std::bind_front(run, study)};
+  return {.plan = std::move(plan),
+          .declares = coupling_stability_observations(study),
+          .run = std::bind_front(run_coupling_stability, study)};
 }
 
 }  // namespace veriflex::measures

@@ -145,7 +145,7 @@ void check(const Crossflow& study, const Place& box) {
   }
 }
 
-Observations declared() {
+Observations crossflow_observations() {
   return {
       .records =
           {{"deflection",
@@ -171,7 +171,7 @@ Observations declared() {
           {"dt_over_limit", {}, "1", "sub-step over the linear limit 2/omega_max at rest"}}};
 }
 
-void run(const Crossflow& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_crossflow(const Crossflow& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   double growth = 0.0;
   engine::check_coupling(study.fluid, body_of(study), "the rod", study.node_mass_place, growth, progress);
   seen.set("coupling_growth", growth);
@@ -268,7 +268,9 @@ engine::Study read_crossflow(const io::Table& top) {
             .fluid = study.fluid,
             .coupling = study.coupling});
   check(study, top.table("fluid").place("nodes"));
-  return {.plan = std::move(plan), .declares = declared(), .run = std::bind_front(run, study)};
+  return {.plan = std::move(plan),
+          .declares = crossflow_observations(),
+          .run = std::bind_front(run_crossflow, study)};
 }
 
 }  // namespace veriflex::measures

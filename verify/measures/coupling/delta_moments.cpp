@@ -66,28 +66,28 @@ struct Extremes {
 };
 
 /// What is measured of each kernel.
-struct Quantity {
+struct DeltaMoment {
   const char* name;
   const char* dimension;
   const char* meaning;
   double Extremes::*value;
 };
 
-constexpr std::array quantities{
-    Quantity{"sum_error", "1", "max |sum of D h^3 - 1|", &Extremes::sum_error},
-    Quantity{"sum_min", "1", "smallest sum", &Extremes::sum_min},
-    Quantity{"sum_mean", "1", "mean sum", &Extremes::sum_mean},
-    Quantity{"imbalance", "1", "max |sum of (-1)^(x+y+z) D h^3|", &Extremes::imbalance},
-    Quantity{"first_moment", "L", "max over the axes of |sum of (x - X) D h^3|", &Extremes::first},
-    Quantity{"squares_min", "1", "smallest sum of (D h^3)^2", &Extremes::squares_min},
-    Quantity{"squares_max", "1", "largest sum of (D h^3)^2", &Extremes::squares_max}};
+constexpr std::array delta_moments{
+    DeltaMoment{"sum_error", "1", "max |sum of D h^3 - 1|", &Extremes::sum_error},
+    DeltaMoment{"sum_min", "1", "smallest sum", &Extremes::sum_min},
+    DeltaMoment{"sum_mean", "1", "mean sum", &Extremes::sum_mean},
+    DeltaMoment{"imbalance", "1", "max |sum of (-1)^(x+y+z) D h^3|", &Extremes::imbalance},
+    DeltaMoment{"first_moment", "L", "max over the axes of |sum of (x - X) D h^3|", &Extremes::first},
+    DeltaMoment{"squares_min", "1", "smallest sum of (D h^3)^2", &Extremes::squares_min},
+    DeltaMoment{"squares_max", "1", "largest sum of (D h^3)^2", &Extremes::squares_max}};
 
-std::string name_of(const Named<Delta>& kernel, const Quantity& quantity) {
+std::string name_of(const Named<Delta>& kernel, const DeltaMoment& quantity) {
   return fmt::format("{}_{}", kernel.id, quantity.name);
 }
 
 /// One record per moment, one column per kernel, along the diagonal of a cell.
-Observations declared() {
+Observations delta_moments_observations() {
   const observe::Column offset{"offset", "", "L", "of the marker from a node, along each axis", {}};
   Observations all;
   all.records = {{"delta_sums", "Sum of the weights along the diagonal of a cell", {offset}},
@@ -98,7 +98,7 @@ Observations declared() {
     all.records[0].columns.push_back({name, "", "1", "sum of D h^3", {}});
     all.records[1].columns.push_back({name, "", "1", "sum of (-1)^(x+y+z) D h^3", {}});
     all.records[2].columns.push_back({name, "", "L", "sum of (x - X) D h^3, the same along each axis", {}});
-    for (const Quantity& quantity : quantities)
+    for (const DeltaMoment& quantity : delta_moments)
       all.metrics.push_back({name_of(kernel, quantity), {}, quantity.dimension, quantity.meaning});
   }
   return all;
@@ -146,13 +146,13 @@ void scan(Observations& seen) {
   }
 }
 
-void run(std::int64_t positions, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_delta_moments(std::int64_t positions, Observations& seen, Progress& progress, engine::Cost& cost) {
   std::vector<Extremes> found(coupling::deltas.size());
   for_all(found.size(), "kernels", progress,
           [&](std::size_t i) { found[i] = extremes_of(coupling::deltas[i].value, positions); });
   cost.finish("positions");
   for (std::size_t i = 0; i < found.size(); ++i) {
-    for (const Quantity& quantity : quantities)
+    for (const DeltaMoment& quantity : delta_moments)
       seen.set(name_of(coupling::deltas[i], quantity), found[i].*quantity.value);
   }
   scan(seen);
@@ -169,9 +169,9 @@ engine::Study read_delta_moments(const io::Table& top) {
                        0.0,
                        {parts::Kind::Coupling}});
   return {.plan = std::move(plan),
-          .declares = declared(),
+          .declares = delta_moments_observations(),
           .run = [positions](Observations& seen, Progress& progress, engine::Cost& cost) {
-            run(positions, seen, progress, cost);
+            run_delta_moments(positions, seen, progress, cost);
           }};
 }
 

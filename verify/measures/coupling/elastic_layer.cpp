@@ -110,7 +110,7 @@ Complex at_interface(const Eigen::VectorXcd& v) {
   return v[last] + 0.5 * (v[last] - v[last - 1]);
 }
 
-Observations declared() {
+Observations elastic_layer_observations() {
   Observations seen;
   seen.metrics = {{"coupling_growth", {}, "1", "largest factor a step of the linearised coupling"},
                   {"amplitude", {}, "1", "of the interface's velocity, over the plate's"},
@@ -140,7 +140,7 @@ Observations declared() {
   return seen;
 }
 
-void run(const LayerStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_elastic_layer(const LayerStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   double growth = 0.0;
   engine::check_coupling(*study.scene.fluid, study.scene.bodies.front(), "the layer", study.density_place,
                          growth, progress);
@@ -248,7 +248,9 @@ engine::Study read_elastic_layer(const io::Table& top) {
       .monitor = engine::read_monitor(top),
       .density_place = t.place("density")};
   scene::Plan plan = plan_of(top, study.scene);
-  return {.plan = std::move(plan), .declares = declared(), .run = std::bind_front(run, study)};
+  return {.plan = std::move(plan),
+          .declares = elastic_layer_observations(),
+          .run = std::bind_front(run_elastic_layer, study)};
 }
 
 }  // namespace veriflex::measures

@@ -204,7 +204,7 @@ bool predicts(const Array& study) {
                      [&](double fraction) { return fraction < series_end(study.shape); });
 }
 
-Observations declared(const Array& study) {
+Observations array_observations(const Array& study) {
   Observations all;
   all.records = {
       {"array",
@@ -240,7 +240,7 @@ Observations declared(const Array& study) {
   return all;
 }
 
-void run(const Array& study, Observations& seen, Progress& progress) {
+void run_array(const Array& study, Observations& seen, Progress& progress) {
   const std::size_t cells = study.solid_fractions.size() + 1;
   progress.show("cells", 0, cells);
   const Steadied first = drag_of(study, study.first_cell);
@@ -326,13 +326,14 @@ engine::Study read_array(const io::Table& top) {
   }
   engine::whole_steps(settling_time(first_cell, fluid::viscosity(study.fluid.relaxation_time)), 0.0,
                       "to settle the flow takes", top.table("fluid").place("relaxation_time"));
-  return {
-      .plan = engine::read_plan(top, {.fluid = cell(study, study.first_cell),
-                                      .initial_flow = true,
-                                      .coupling = engine::read_coupling(top),
-                                      .exchange = "markers at rest on the surface of the body"}),
-      .declares = declared(study),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return {.plan = engine::read_plan(top, {.fluid = cell(study, study.first_cell),
+                                          .initial_flow = true,
+                                          .coupling = engine::read_coupling(top),
+                                          .exchange = "markers at rest on the surface of the body"}),
+          .declares = array_observations(study),
+          .run = [study](Observations& seen, Progress& progress, engine::Cost&) {
+            run_array(study, seen, progress);
+          }};
 }
 
 }  // namespace veriflex::measures::immersed

@@ -37,7 +37,7 @@ struct Plate {
   auto height() const { return static_cast<double>(nodes); }
 };
 
-Observations declared() {
+Observations plate_observations() {
   return {.records = {{"profile",
                        "Velocity beside the plate, in phase with it and a quarter before",
                        {{"position", "y/H", "1", "from the plate, over the height of the box", {}},
@@ -165,7 +165,7 @@ void record_profile(const Plate& study, const Harmonics& seen, observe::Record& 
   }
 }
 
-void run(const Plate& study, Observations& seen, engine::Cost& cost) {
+void run_plate(const Plate& study, Observations& seen, engine::Cost& cost) {
   const Harmonics found = oscillate(study);
   cost.finish("oscillation");
   const Complex ratio =
@@ -193,11 +193,12 @@ engine::Study read_plate(const io::Table& top) {
                     .monitor = engine::read_monitor(top)};
   engine::whole_steps(static_cast<double>(study.periods) * static_cast<double>(study.period), 1.0,
                       "the plate takes", t.place("periods"));
-  return {.plan = engine::read_plan(top, {.fluid = box(study),
-                                          .coupling = engine::read_coupling(top),
-                                          .exchange = "markers of a plane, moved along itself"}),
-          .declares = declared(),
-          .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
+  return {
+      .plan = engine::read_plan(top, {.fluid = box(study),
+                                      .coupling = engine::read_coupling(top),
+                                      .exchange = "markers of a plane, moved along itself"}),
+      .declares = plate_observations(),
+      .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run_plate(study, seen, cost); }};
 }
 
 }  // namespace veriflex::measures::immersed

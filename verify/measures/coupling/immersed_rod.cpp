@@ -201,7 +201,7 @@ Record forces_of(const std::vector<Piece>& pieces, const std::vector<std::option
   return record;
 }
 
-Observations declared(const Rod& study) {
+Observations rod_observations(const Rod& study) {
   Observations all;
   all.records = {
       {"rod",
@@ -243,7 +243,7 @@ Observations declared(const Rod& study) {
   return all;
 }
 
-void run(const Rod& study, Observations& seen, Progress& progress) {
+void run_rod(const Rod& study, Observations& seen, Progress& progress) {
   const std::vector<Piece> pieces = pieces_of(study);
   std::vector<std::optional<Answer>> answers(pieces.size());
   try {
@@ -336,13 +336,14 @@ engine::Study read_rod(const io::Table& top) {
     engine::check_images(slice, study.forcing.delta, Vec3(2.0, 2.0, 0.0) * std::floor(study.radius),
                          {0.0, stroke, 0.0}, "the rod", t.place("boxes"));
   }
-  return {
-      .plan = engine::read_plan(
-          top, {.fluid = box_of(study, study.boxes.back()),
-                .coupling = engine::read_coupling(top),
-                .exchange = "boundary nodes of a section as markers, moved across the rod's axis"}),
-      .declares = declared(study),
-      .run = [study](Observations& seen, Progress& progress, engine::Cost&) { run(study, seen, progress); }};
+  return {.plan = engine::read_plan(
+              top, {.fluid = box_of(study, study.boxes.back()),
+                    .coupling = engine::read_coupling(top),
+                    .exchange = "boundary nodes of a section as markers, moved across the rod's axis"}),
+          .declares = rod_observations(study),
+          .run = [study](Observations& seen, Progress& progress, engine::Cost&) {
+            run_rod(study, seen, progress);
+          }};
 }
 
 }  // namespace veriflex::measures::immersed

@@ -176,7 +176,7 @@ void read_number(const io::Table& number, const std::string& name, const std::st
   given.metrics.push_back({name, value, read_dimension(number, "dimension"), "as given by " + code});
 }
 
-Observations declared(const Given& given) {
+Observations external_observations(const Given& given) {
   Observations all;
   all.metrics = given.metrics;
   all.records = given.records;
@@ -209,7 +209,7 @@ engine::Study read_external(const io::Table& top) {
   return {.plan = {.built = given.built,
                    .left_out = {{"fluid, solid, coupling",
                                  fmt::format("the numbers are those of {}: {}", code.name, code.obtained)}}},
-          .declares = declared(given),
+          .declares = external_observations(given),
           .run = [given](Observations& seen, Progress&, engine::Cost&) { hand_on(given, seen); },
           .other_code = code};
 }

@@ -33,7 +33,7 @@ struct FilamentStudy {
 /// length.
 bond::AnyLaw stiffer(const bond::AnyLaw& law, double factor) { return bond::rescaled(law, factor, 1.0); }
 
-Observations declared(const FilamentStudy& study) {
+Observations filament_observations(const FilamentStudy& study) {
   Observations all;
   all.records = {
       {"centre_lines",
@@ -233,7 +233,7 @@ void measure_compared(const StrokeResult& b, const Stroke& stroke, Observations&
   if (stroke.periods > 1) seen.set("period_change_compared", change_over_last_period(b, stroke.amplitude));
 }
 
-void run(const FilamentStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_filament(const FilamentStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double z0 = study.stroke.amplitude;
   Stroke other = study.stroke;
   other.law = study.other;
@@ -304,8 +304,8 @@ engine::Study read_filament(const io::Table& top) {
   scene::Plan plan = plan_stroke(top, study.stroke);
   return {
       .plan = std::move(plan),
-      .declares = declared(study),
-      .run = std::bind_front(run, study),
+      .declares = filament_observations(study),
+      .run = std::bind_front(run_filament, study),
       .expects =
           [study] { return std::vector{expected_work(study.stroke, 2 + std::ssize(study.modulus_factors))}; },
       .offers =

@@ -162,7 +162,7 @@ struct LinearStudy {
 /// Measured with both laws, and in three theories.
 using Shapes = std::array<Shape, 5>;
 
-Observations declared(const LinearStudy& study) {
+Observations filament_linear_observations(const LinearStudy& study) {
   Observations all;
   all.records = {{"first_harmonic",
                   "First harmonic of the stroke along the filament, over the drive",
@@ -218,7 +218,8 @@ void record_shapes(const Shapes& shapes, observe::Record& record) {
   for (const std::vector<double>& row : rows) record.append(row);
 }
 
-void run(const LinearStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_filament_linear(const LinearStudy& study, Observations& seen, Progress& progress,
+                         engine::Cost& cost) {
   const Stroke& stroke = study.stroke;
   Stroke other = stroke;
   other.law = study.compared;
@@ -280,8 +281,8 @@ engine::Study read_filament_linear(const io::Table& top) {
         "It is near the radius of the rod");
   }
   return {.plan = plan_stroke(top, study.stroke),
-          .declares = declared(study),
-          .run = std::bind_front(run, study),
+          .declares = filament_linear_observations(study),
+          .run = std::bind_front(run_filament_linear, study),
           .expects = [study] { return std::vector{expected_work(study.stroke, 2)}; }};
 }
 

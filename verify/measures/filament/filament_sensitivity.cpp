@@ -90,7 +90,7 @@ bool has_smaller(const Sensitivity& study) {
                      [&](const Variant& v) { return v.stroke.amplitude < study.base.amplitude; });
 }
 
-Observations declared(const Sensitivity& study) {
+Observations filament_sensitivity_observations(const Sensitivity& study) {
   Observations all;
   all.records = {
       {"sensitivity",
@@ -148,7 +148,8 @@ void report(const Variant& variant, const std::optional<Effect>& effect, double 
   seen.set("law_deviation_" + variant.name, row[4]);
 }
 
-void run(const Sensitivity& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_filament_sensitivity(const Sensitivity& study, Observations& seen, Progress& progress,
+                              engine::Cost& cost) {
   check_strokes({study.base, with(study.base, study.compared)}, seen, progress);
   const double base_growth = seen.metric("coupling_growth")->value;
   cost.finish("stability of the coupling");
@@ -233,8 +234,8 @@ engine::Study read_filament_sensitivity(const io::Table& top) {
              "Write [[variant]] with a name, a label and what it changes");
   }
   return {.plan = plan_stroke(top, study.base),
-          .declares = declared(study),
-          .run = std::bind_front(run, study),
+          .declares = filament_sensitivity_observations(study),
+          .run = std::bind_front(run_filament_sensitivity, study),
           .expects = [study] {
             std::vector<scene::ExpectedWork> all{expected_work(study.base, 2)};
             for (const Variant& variant : study.variants)

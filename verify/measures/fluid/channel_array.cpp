@@ -105,7 +105,7 @@ double drag_of(const Array& cell, Progress& progress) {
   return g * volume / length / (viscosity * velocity);
 }
 
-Observations declared(bool has_series) {
+Observations array_observations(bool has_series) {
   Observations all;
   all.metrics = {{"drag", {}, "1", "in units of viscosity, mean velocity and size"},
                  {"solid_fraction", {}, "1", "as asked for"},
@@ -126,7 +126,7 @@ Observations declared(bool has_series) {
   return all;
 }
 
-void run(const Array& cell, Observations& seen, Progress& progress) {
+void run_array(const Array& cell, Observations& seen, Progress& progress) {
   const Grid& grid = cell.fluid.grid;
   const double drag = drag_of(cell, progress);
   const double radius = radius_of(cell.shape);
@@ -203,7 +203,7 @@ engine::Study read_array(const io::Table& top) {
       read_steady(t, 1e-9, spec, 0.25 * static_cast<double>(nodes), fmt::format("a cell of {} nodes", nodes));
   engine::read_plan(top, {.fluid = study.fluid});  // refuses a box beyond the memory before it is cut
   study.fluid.obstacle = fluid::voxels(study.fluid.grid, study.shape, fluid::closed(study.fluid));
-  return study_of(top, {.fluid = study.fluid}, declared(study.has_series), study, run);
+  return study_of(top, {.fluid = study.fluid}, array_observations(study.has_series), study, run_array);
 }
 
 }  // namespace veriflex::measures::channel

@@ -47,7 +47,7 @@ Record steady_state(const Couette& study, Progress& progress) {
                            "");
 }
 
-void run(const Couette& study, Observations& seen, Progress& progress) {
+void run_couette(const Couette& study, Observations& seen, Progress& progress) {
   const Record state = steady_state(study, progress);
   const std::size_t normal = study.common.axis;
   const Vec3 wall = wall_velocity(study);
@@ -72,7 +72,7 @@ void run(const Couette& study, Observations& seen, Progress& progress) {
   seen.set("density_error", density);
 }
 
-Observations declared() {
+Observations couette_observations() {
   Observations all;
   all.metrics = {{"velocity_error", {}, "1", "largest departure from the line, over the wall's velocity"},
                  {"stress_error", {}, "1", "largest departure from nu U/H, over it"},
@@ -93,7 +93,7 @@ engine::Study read_couette(const io::Table& top) {
       .common = common,
       .steady = read_steady(top.table("channel"), 1e-15, common.fluid, static_cast<double>(common.nodes),
                             fmt::format("a gap of {} nodes", common.nodes))};
-  return study_of(top, {.fluid = spec_of(study)}, declared(), study, run);
+  return study_of(top, {.fluid = spec_of(study)}, couette_observations(), study, run_couette);
 }
 
 }  // namespace veriflex::measures::channel

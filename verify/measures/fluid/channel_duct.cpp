@@ -83,7 +83,7 @@ double flow_rate(const Duct& study, const std::vector<double>& velocity) {
   return mean * study.viscosity() / (study.force() * square);
 }
 
-void run(const Duct& study, Observations& seen, Progress& progress) {
+void run_duct(const Duct& study, Observations& seen, Progress& progress) {
   Record& section = seen.open("section");
   const double across = fill_section(study, steady_state(study, progress), section);
   fill_profile(study, section, seen.open("profile"));
@@ -93,7 +93,7 @@ void run(const Duct& study, Observations& seen, Progress& progress) {
   seen.set("cross_flow", across);
 }
 
-Observations declared() {
+Observations duct_observations() {
   Observations all;
   all.metrics = norm_metrics("", "the velocity");
   all.metrics.push_back({"flow_rate", {}, "1", "flux times viscosity over g a^4, by the mean of the nodes"});
@@ -122,7 +122,7 @@ engine::Study read_duct(const io::Table& top) {
       .common = common,
       .steady = read_steady(top.table("channel"), 1e-12, common.fluid, static_cast<double>(common.nodes),
                             fmt::format("a duct of {} nodes", common.nodes))};
-  return study_of(top, {.fluid = spec_of(study)}, declared(), study, run);
+  return study_of(top, {.fluid = spec_of(study)}, duct_observations(), study, run_duct);
 }
 
 }  // namespace veriflex::measures::channel

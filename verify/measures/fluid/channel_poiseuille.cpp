@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "analytic/channel.hpp"
+#include "engine/check_place.hpp"
 #include "measures/fluid/channel.hpp"
 #include "observe/field.hpp"
 
@@ -26,8 +27,6 @@ struct Poiseuille {
   double force() const { return 8.0 * viscosity() * common.velocity / (height() * height()); }
   double steps() const { return std::ceil(viscous_times * height() * height() / viscosity()); }
 };
-
-constexpr double max_steps = 1e9;
 
 fluid::Spec spec_of(const Poiseuille& study) {
   fluid::Spec spec = gap(study.common);
@@ -72,7 +71,7 @@ double slip(const std::vector<double>& velocity, const std::vector<double>& exac
   return sum / static_cast<double>(exact.size());
 }
 
-void run(const Poiseuille& study, Observations& seen, Progress& progress) {
+void run_poiseuille(const Poiseuille& study, Observations& seen, Progress& progress) {
   const std::vector<double> bare = bare_profile(study, progress);
   const double g = study.force(), top = study.common.velocity;
   const std::vector<double> velocity = plus(bare, 0.5 * g), exact = parabola(study);
@@ -89,7 +88,7 @@ void run(const Poiseuille& study, Observations& seen, Progress& progress) {
   seen.set("slip_bare", slip(bare, exact) / g);
 }
 
-Observations declared() {
+Observations poiseuille_observations() {
   Observations all;
   all.metrics = norm_metrics("", "sum f c + g/2");
   for (const observe::Metric& metric : norm_metrics("bare_", "sum f c")) all.metrics.push_back(metric);
@@ -119,12 +118,12 @@ engine::Study read_poiseuille(const io::Table& top) {
     const auto height = static_cast<double>(common.nodes);
     study.steady =
         read_steady(t, 1e-15, common.fluid, height, fmt::format("a gap of {} nodes", common.nodes));
-  } else if (!(study.viscous_times > 0.0) || study.steps() > max_steps) {
+  } else if (!(study.viscous_times > 0.0) || study.steps() > engine::max_steps) {
     t.fail("viscous_times", fmt::format("a run would take {:.3g} steps", study.steps()),
-           fmt::format("it takes between 1 and {:.1g}", max_steps),
+           fmt::format("it takes between 1 and {:.1g}", engine::max_steps),
            "After 2.5 the slowest mode has fallen to 2e-11; use fewer nodes or a larger relaxation time");
   }
-  return study_of(top, {.fluid = spec_of(study)}, declared(), study, run);
+  return study_of(top, {.fluid = spec_of(study)}, poiseuille_observations(), study, run_poiseuille);
 }
 
 }  // namespace veriflex::measures::channel

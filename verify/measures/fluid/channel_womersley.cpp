@@ -4,6 +4,7 @@
 #include <numbers>
 
 #include "analytic/channel.hpp"
+#include "engine/check_place.hpp"
 #include "measures/fluid/channel.hpp"
 #include "observe/field.hpp"
 
@@ -18,7 +19,6 @@ using observe::Observations;
 
 constexpr int phases = 8;  // shown, of a period
 constexpr int shown = 4;   // the other half is the same with the sign changed
-constexpr double max_steps = 1e9;
 
 struct Womersley {
   Common common;         // velocity: that the force alone would reach, g/omega
@@ -59,7 +59,7 @@ Velocities velocities_at(const Womersley& study, const scene::Simulation& now,
   return u;
 }
 
-void run(const Womersley& study, Observations& seen, Progress& progress) {
+void run_womersley(const Womersley& study, Observations& seen, Progress& progress) {
   observe::Record& profile = seen.open("profile");
   for (std::int64_t j = 0; j < study.common.nodes; ++j)
     profile.columns.front().values.push_back(from_wall(j) / study.height());
@@ -85,7 +85,7 @@ void run(const Womersley& study, Observations& seen, Progress& progress) {
   seen.set("womersley_number", 0.5 * study.height() * std::sqrt(study.omega() / study.viscosity()));
 }
 
-Observations declared() {
+Observations womersley_observations() {
   Observations all;
   all.metrics = norm_metrics("", "the velocity over the last period");
   all.metrics.push_back({"womersley_number", {}, "1", "half the gap over the thickness sqrt(nu/omega)"});
@@ -114,11 +114,12 @@ engine::Study read_womersley(const io::Table& top) {
            "Use a multiple of 8");
   }
   const double steps = static_cast<double>(study.periods) * static_cast<double>(study.period);
-  if (steps > max_steps) {
+  if (steps > engine::max_steps) {
     t.fail("period", fmt::format("the run would take {:.3g} steps", steps),
-           fmt::format("{:.1g} is the most", max_steps), "Use a shorter period or fewer of them");
+           fmt::format("{:.1g} is the most", engine::max_steps), "Use a shorter period or fewer of them");
   }
-  return study_of(top, {.fluid = gap(study.common), .uniform_force = true}, declared(), study, run);
+  return study_of(top, {.fluid = gap(study.common), .uniform_force = true}, womersley_observations(), study,
+                  run_womersley);
 }
 
 }  // namespace veriflex::measures::channel

@@ -32,7 +32,7 @@ bool is_periodic(const fluid::Spec& fluid) {
   return fluid.obstacle.empty() && !fluid.walls[0] && !fluid.walls[1] && !fluid.walls[2];
 }
 
-constexpr int samples = 20;
+constexpr int looks = 20;
 constexpr int waves = 8;
 
 struct Wave {
@@ -105,7 +105,7 @@ std::vector<Kept> kept(const fluid::Spec& fluid) {
   return all;
 }
 
-Observations declared(const fluid::Spec& fluid) {
+Observations conservation_observations(const fluid::Spec& fluid) {
   Observations all;
   all.records = {{"drift", "What should not change, against time", {{"step", "t", "T", "", {}}}}};
   for (const Kept& one : kept(fluid)) {
@@ -115,15 +115,15 @@ Observations declared(const fluid::Spec& fluid) {
   return all;
 }
 
-void run(const Conservation& study, Observations& seen, Progress& progress) {
+void run_conservation(const Conservation& study, Observations& seen, Progress& progress) {
   scene::Simulation simulation(starting(study));
   const Totals before = simulation.fluid().totals();
   const auto volume = static_cast<double>(study.fluid.grid.count());
   const std::vector<Kept> all = kept(study.fluid);
   std::vector<double> largest(all.size(), 0.0);
   observe::Run run(simulation, study.monitor, {}, "", progress);
-  for (int i = 1; i <= samples; ++i) {
-    run.advance(study.steps * i / samples - simulation.steps(), study.steps);
+  for (int i = 1; i <= looks; ++i) {
+    run.advance(study.steps * i / looks - simulation.steps(), study.steps);
     const Totals now = simulation.fluid().totals();
     const Vec3 given = static_cast<double>(simulation.steps()) * volume * study.fluid.body_force;
     std::vector<double> row{static_cast<double>(simulation.steps())};
@@ -143,7 +143,7 @@ engine::Study read_conservation(const io::Table& top) {
   const io::Table table = top.table("fluid");
   const io::Table t = top.table("conservation");
   Conservation study{.fluid = engine::read_fluid(top),
-                     .steps = t.integer("steps", samples, 1'000'000'000),
+                     .steps = t.integer("steps", looks, 1'000'000'000),
                      .velocity = t.number("velocity"),
                      .staggered = 0.0,
                      .monitor = engine::read_monitor(top)};
@@ -157,7 +157,8 @@ engine::Study read_conservation(const io::Table& top) {
       }
     }
   }
-  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, declared(study.fluid), study, run);
+  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, conservation_observations(study.fluid),
+                  study, run_conservation);
 }
 
 }  // namespace veriflex::measures

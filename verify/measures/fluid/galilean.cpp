@@ -17,7 +17,7 @@ using analytic::DecayingFlow;
 using observe::Observations;
 
 // Of the vortices: what their squares do is far below what the stream does, rounding is farther below.
-constexpr double amplitude = 1e-6;
+constexpr double vortex_amplitude = 1e-6;
 
 struct Galilean {
   fluid::Spec fluid;
@@ -66,7 +66,7 @@ double measured_decay(const Galilean& study, const DiagonalWave& wave, Progress&
   return std::log(before / strength(simulation.fluid(), wave)) / static_cast<double>(2 * half);
 }
 
-void run(const Galilean& study, Observations& seen, Progress& progress) {
+void run_galilean(const Galilean& study, Observations& seen, Progress& progress) {
   const DiagonalWave wave = diagonal_wave(study.flow);
   const double measured = measured_decay(study, wave, progress);
   const auto exact = [&](const Vec3& stream) {
@@ -82,7 +82,7 @@ void run(const Galilean& study, Observations& seen, Progress& progress) {
   seen.set("departure", std::abs(measured / carried - 1.0));
 }
 
-Observations declared() {
+Observations galilean_observations() {
   Observations all;
   all.metrics = {
       {"error_viscosity",
@@ -117,11 +117,12 @@ engine::Study read_galilean(const io::Table& top) {
                 .a = plane[0],
                 .b = plane[1],
                 .wavenumber = wavenumber(nodes),
-                .amplitude = amplitude,
+                .amplitude = vortex_amplitude,
                 .viscosity = fluid::viscosity(study.fluid.relaxation_time)};
   study.flow.stream[plane[0]] = study.speed;
   require_steps(top.table("fluid"), 1.5 / study.flow.decay_rate());
-  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, declared(), study, run);
+  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, galilean_observations(), study,
+                  run_galilean);
 }
 
 }  // namespace veriflex::measures

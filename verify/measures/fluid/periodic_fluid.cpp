@@ -8,7 +8,7 @@ namespace veriflex::measures {
 
 namespace {
 
-constexpr std::int64_t max_nodes = 4096;
+constexpr std::int64_t max_width = 4096;
 
 }  // namespace
 
@@ -32,7 +32,7 @@ std::int64_t read_nodes(const io::Table& table, std::int64_t min) {
     table.fail("nodes", "'nodes' is a list", "a case measures one run, and its study makes many",
                "Give one number here, and the list as an axis of [sweep]");
   }
-  return table.integer("nodes", min, max_nodes);
+  return table.integer("nodes", min, max_width);
 }
 
 void require_steps(const io::Table& fluid, double steps) {

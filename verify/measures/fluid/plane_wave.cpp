@@ -18,7 +18,7 @@ using observe::Observations;
 
 // Populations are deviations from rest, so that a small wave keeps all its digits, and what the equilibrium's
 // squares add to it is of the order of its square.
-constexpr double amplitude = 1e-8;
+constexpr double wave_amplitude = 1e-8;
 
 struct PlaneWave {
   fluid::Spec fluid;
@@ -89,7 +89,7 @@ LatticeWave exact_wave(const PlaneWave& study) {
   return wave;
 }
 
-Observations declared(bool sound) {
+Observations plane_wave_observations(bool sound) {
   Observations all;
   all.metrics = {{"wavenumber", {}, "L^-1", "|k|, 2 pi over the wave length"},
                  {"departure", {}, "1", "of ln(factor per step) from the eigenvalue's, relative"}};
@@ -104,17 +104,16 @@ Observations declared(bool sound) {
   return all;
 }
 
-void run(const PlaneWave& study, Observations& seen, Progress& progress) {
+void run_plane_wave(const PlaneWave& study, Observations& seen, Progress& progress) {
   const LatticeWave wave = exact_wave(study);
   const Vec3& k = study.k;
-  scene::Simulation simulation({.fluid = study.fluid, .initial_flow = [&](std::int64_t node) {
-                                  const Complex phase =
-                                      amplitude * std::polar(1.0, k.dot(position(study.fluid.grid, node)));
-                                  fluid::Populations h;
-                                  for (std::size_t q = 0; q < fluid::Q; ++q)
-                                    h[q] = (phase * wave.shape[static_cast<int>(q)]).real();
-                                  return h;
-                                }});
+  scene::Simulation simulation(
+      {.fluid = study.fluid, .initial_flow = [&](std::int64_t node) {
+         const Complex phase = wave_amplitude * std::polar(1.0, k.dot(position(study.fluid.grid, node)));
+         fluid::Populations h;
+         for (std::size_t q = 0; q < fluid::Q; ++q) h[q] = (phase * wave.shape[static_cast<int>(q)]).real();
+         return h;
+       }});
   const Complex before = share(simulation.fluid(), k, wave);
   const std::int64_t steps = steps_of(study, wave);
   observe::Run run(simulation, {}, {}, "", progress);
@@ -168,7 +167,8 @@ engine::Study read_plane_wave(const io::Table& top) {
              "Choose one whose scalar product with 'direction' is 0");
     }
   }
-  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, declared(study.sound), study, run);
+  return study_of(top, {.fluid = study.fluid, .initial_flow = true}, plane_wave_observations(study.sound),
+                  study, run_plane_wave);
 }
 
 }  // namespace veriflex::measures

@@ -76,7 +76,7 @@ double measured_growth(const StreamStudy& study, Progress& progress) {
   return std::exp((logarithms[last] - logarithms[half]) / static_cast<double>(last - half));
 }
 
-void run(const StreamStudy& study, Observations& seen, Progress& progress) {
+void run_stream_stability(const StreamStudy& study, Observations& seen, Progress& progress) {
   const analytic::GrowingWave wave =
       analytic::fastest_wave(study.fluid.grid, study.fluid.relaxation_time, study.stream);
   seen.set("growth", wave.factor);
@@ -91,7 +91,7 @@ void run(const StreamStudy& study, Observations& seen, Progress& progress) {
   seen.set("departure", std::abs(std::log(measured) - std::log(wave.factor)));
 }
 
-Observations declared(bool with_run) {
+Observations stream_stability_observations(bool with_run) {
   Observations all;
   all.metrics = {
       {"growth", {}, "1", "factor per step of the wave that grows fastest, by eigenvalue; 1 is stable"},
@@ -141,7 +141,7 @@ engine::Study read_stream_stability(const io::Table& top) {
   // Without a run there is no fluid: the eigenvalues of its waves need none.
   const scene::Outline outline =
       study.steps > 0 ? scene::Outline{.fluid = study.fluid, .initial_flow = true} : scene::Outline{};
-  return study_of(top, outline, declared(study.steps > 0), study, run);
+  return study_of(top, outline, stream_stability_observations(study.steps > 0), study, run_stream_stability);
 }
 
 }  // namespace veriflex::measures

@@ -79,7 +79,7 @@ fluid::Storage other_of(fluid::Storage storage) {
   return storage == fluid::Storage::Double ? fluid::Storage::Float : fluid::Storage::Double;
 }
 
-Observations declared(const Vortex& study) {
+Observations vortex_observations(const Vortex& study) {
   Observations all;
   all.metrics = norm_metrics("velocity_", "the velocity at the end");
   if (study.flow.pattern == Pattern::TaylorGreen)
@@ -93,7 +93,7 @@ Observations declared(const Vortex& study) {
   return all;
 }
 
-void run(const Vortex& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_vortex(const Vortex& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const auto simulate = [&](const fluid::Spec& fluid) {
     return run_steps(starting(fluid, study.flow, study.start), study.steps, study.monitor, progress);
   };
@@ -180,8 +180,8 @@ engine::Study read_vortex(const io::Table& top) {
   require_steps(top.table("fluid"), decays / study.flow.decay_rate());
   study.steps = std::max<std::int64_t>(1, std::llround(decays / study.flow.decay_rate()));
   return {.plan = engine::read_plan(top, {.fluid = study.fluid, .initial_flow = true}),
-          .declares = declared(study),
-          .run = std::bind_front(run, study),
+          .declares = vortex_observations(study),
+          .run = std::bind_front(run_vortex, study),
           .expects = [study] { return expected_work(study); }};
 }
 

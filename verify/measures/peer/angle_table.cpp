@@ -16,7 +16,7 @@ namespace {
 
 using observe::Observations;
 
-Observations declared(const PeerTable& table) {
+Observations angle_table_observations(const PeerTable& table) {
   Observations all;
   all.records = {
       {"angle_table",
@@ -122,7 +122,7 @@ engine::Study read_angle_table(const io::Table& top, const io::Table& peer) {
                               0.0,
                               {parts::Kind::Bonds, parts::Kind::Angles}}},
                    .left_out = {{"forces of bonds", "the table is about one angle alone"}}},
-          .declares = declared(table),
+          .declares = angle_table_observations(table),
           .run = [=](Observations& seen, Progress&, engine::Cost&) {
             compare_angle(stiffness, rest_angle == 180, table, seen);
           }};

@@ -13,7 +13,7 @@ namespace {
 
 using observe::Observations;
 
-Observations declared(const PeerTable& table) {
+Observations bond_table_observations(const PeerTable& table) {
   Observations all;
   all.records = {{"bond_table",
                   "One bond: this program and its peer",
@@ -72,7 +72,7 @@ engine::Study read_bond_table(const io::Table& top, const io::Table& peer) {
   const PeerTable table(peer, "table", peer.text("table"));
   table.need({"r", "energy", "force"});
   return {.plan = scene::plan({.law = law, .solid = std::nullopt}),
-          .declares = declared(table),
+          .declares = bond_table_observations(table),
           .run = [=](Observations& seen, Progress&, engine::Cost&) { compare_bond(law, table, seen); }};
 }
 

@@ -13,7 +13,7 @@ namespace {
 
 using observe::Observations;
 
-Observations declared() {
+Observations cantilever_observations() {
   Observations all;
   all.records = {{"cantilever",
                   "Clamped bar under a transverse load: this program and its peer",
@@ -130,7 +130,7 @@ engine::Study read_cantilever(const io::Table& top, const io::Table& peer) {
       static_cast<std::size_t>(peer.integer("clamped_layers", 1, std::max<std::int64_t>(1, layers - 1)));
   require_statics(body.network, clamped, false, peer);
   return {.plan = plan_of(body, newton, {parts::Kind::Statics}),
-          .declares = declared(),
+          .declares = cantilever_observations(),
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);
             compare_cantilever(body, table, clamped, progress, seen);

@@ -73,7 +73,7 @@ std::vector<observe::Metric> parts_of(const Body& body) {
   return parts;
 }
 
-Observations declared(const Body& body) {
+Observations node_forces_observations(const Body& body) {
   Observations all;
   all.records = {{"node_forces",
                   "Force on each node of the displaced network: this program and its peer",
@@ -141,7 +141,7 @@ engine::Study read_node_forces(const io::Table& top, const io::Table& peer) {
               "Give one configuration");
   }
   return {.plan = plan_of(body, "", {}),
-          .declares = declared(body),
+          .declares = node_forces_observations(body),
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);
             compare_nodes(body, table, node_of_row, seen);

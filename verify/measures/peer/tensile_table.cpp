@@ -12,7 +12,7 @@ namespace {
 
 using observe::Observations;
 
-Observations declared() {
+Observations tensile_table_observations() {
   Observations all;
   all.records = {{"end_force",
                   "Force of the pulled bar on its ends: this program and its peer",
@@ -95,7 +95,7 @@ engine::Study read_tensile_table(const io::Table& top, const io::Table& peer) {
   table.need({"strain", "force_bottom", "force_top", "e_bond", "e_angle"});
   require_statics(body.network, 1, true, peer);
   return {.plan = plan_of(body, newton, {parts::Kind::Statics}),
-          .declares = declared(),
+          .declares = tensile_table_observations(),
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);
             compare_tensile(body, table, progress, seen);

@@ -27,7 +27,7 @@ struct Motion {
   std::int64_t early;  // the steps up to which `early_position_error` is measured
 };
 
-Observations declared(const Motion& motion) {
+Observations trajectory_observations(const Motion& motion) {
   Observations all;
   all.records = {
       {"trajectory",
@@ -226,7 +226,7 @@ engine::Study read_trajectory(const io::Table& top, const io::Table& peer) {
   return {.plan = plan_of(
               body, fmt::format("leap-frog, time step {}, node mass {}", motion.time_step, motion.node_mass),
               {parts::Kind::LeapFrog}),
-          .declares = declared(motion),
+          .declares = trajectory_observations(motion),
           .run = [=](Observations& seen, Progress& progress, engine::Cost&) {
             warn(body, progress);
             compare_trajectory(body, table, energies, node_of_row, motion, progress, seen);

@@ -25,7 +25,7 @@ namespace veriflex::measures {
 
 namespace {
 
-constexpr std::int64_t max_steps = 1'000'000'000;
+constexpr auto max_steps = static_cast<std::int64_t>(engine::max_steps);
 
 struct SceneStudy : CaseScene {
   std::vector<Observation> observations;
@@ -163,8 +163,8 @@ void advance_with_checkpoints(const SceneStudy& study, Running& running, engine:
   }
 }
 
-void run(const SceneStudy& study, observe::Observations& seen, Progress& progress, engine::Cost& cost,
-         engine::Checkpoints* checkpoints) {
+void run_scene(const SceneStudy& study, observe::Observations& seen, Progress& progress, engine::Cost& cost,
+               engine::Checkpoints* checkpoints) {
   if (study.has_elastic_coupling()) {
     seen.metrics.push_back(
         {"coupling_growth", 0.0, "1",
@@ -309,7 +309,7 @@ engine::Study read_scene(const io::Table& top) {
   engine::Study made{.plan = std::move(plan),
                      .measures = measures,
                      .run = [shared](observe::Observations& seen, Progress& progress,
-                                     engine::Cost& cost) { run(*shared, seen, progress, cost, nullptr); },
+                                     engine::Cost& cost) { run_scene(*shared, seen, progress, cost, nullptr); },
                      .expects =
                          [shared] {
                            const auto work = scene::expected_work(shared->scene, shared->steps);
@@ -324,7 +324,7 @@ engine::Study read_scene(const io::Table& top) {
   if (shared->checkpoint) {
     made.run_with_checkpoints = [shared](observe::Observations& seen, Progress& progress, engine::Cost& cost,
                                          engine::Checkpoints& checkpoints) {
-      run(*shared, seen, progress, cost, &checkpoints);
+      run_scene(*shared, seen, progress, cost, &checkpoints);
     };
   }
   return made;

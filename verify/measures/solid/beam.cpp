@@ -28,7 +28,7 @@ struct BeamStudy {
   bool is_rod() const { return std::holds_alternative<solid::Rod>(section.shape); }
 };
 
-Observations declared(const BeamStudy& study) {
+Observations beam_observations(const BeamStudy& study) {
   Observations all;
   all.metrics = {
       {"bending_springs", {}, "M L^3 T^-2", "bending stiffness of the springs"},
@@ -145,7 +145,7 @@ void compare_frequencies(const BeamStudy& study, const BeamSection& section, Obs
   }
 }
 
-void run(const BeamStudy& study, Observations& seen, engine::Cost& cost) {
+void run_beam(const BeamStudy& study, Observations& seen, engine::Cost& cost) {
   const BeamSection section = section_of(study.material, study.section, spacing_of(study.section));
   const BeamSection measured = measured_section(study);
   seen.set("bending_springs", measured.spring_bending);
@@ -196,8 +196,8 @@ engine::Study read_beam(const io::Table& top) {
                     .solid = with_sections(study.section, study.length + study.clamped),
                     .method = "linear response by sparse Cholesky; first sections clamped, last one loaded",
                     .by = {parts::Kind::Statics}}),
-          .declares = declared(study),
-          .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
+          .declares = beam_observations(study),
+          .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run_beam(study, seen, cost); }};
 }
 
 }  // namespace veriflex::measures

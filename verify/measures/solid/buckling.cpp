@@ -40,7 +40,7 @@ struct BucklingStudy {
   std::int64_t length;       // in spacings, even
 };
 
-Observations declared() {
+Observations buckling_observations() {
   return {.records = {},
           .metrics = {
               {"strain", {}, "1", "of the bonds along the axis at the critical load"},
@@ -159,7 +159,7 @@ Critical measured(const BucklingStudy& study, double expected) {
                   length, expected));
 }
 
-void run(const BucklingStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_buckling(const BucklingStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double r0 = spacing_of(study.section);
   const BeamSection at_rest = section_of(study.material, study.section, r0);
   const bool shears = at_rest.shear > 0.0;
@@ -223,8 +223,8 @@ engine::Study read_buckling(const io::Table& top) {
                     .solid = with_sections(study.section, study.length + 1),
                     .method = "root of the lowest eigenvalue of the compressed column's Hessian (Spectra)",
                     .by = {parts::Kind::Hessian}}),
-          .declares = declared(),
-          .run = std::bind_front(run, study)};
+          .declares = buckling_observations(),
+          .run = std::bind_front(run_buckling, study)};
 }
 
 }  // namespace veriflex::measures

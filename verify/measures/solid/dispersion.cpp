@@ -5,6 +5,7 @@
 
 #include "base/reduce.hpp"
 #include "bond/derive.hpp"
+#include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
 #include "measures/solid/beam_section.hpp"
@@ -35,7 +36,7 @@ struct WavesStudy {
   int periods;        // over which the wave is followed
 };
 
-Observations declared() {
+Observations dispersion_observations() {
   return {
       .records = {},
       .metrics = {{"wave_number", {}, "L^-1", "pi j over the length"},
@@ -111,10 +112,9 @@ class Body {
       return motion.displacement().cwiseProduct(start).sum() / start.squaredNorm();
     };
     const double needed = std::ceil(2.0 * std::numbers::pi * study_.periods / (mode.leapfrog * dt));
-    constexpr double max_steps = 1e9;
-    if (!(needed <= max_steps)) {
+    if (!(needed <= engine::max_steps)) {
       throw NumericalFailure(fmt::format("{} periods of mode {} take {} steps, more than {}", study_.periods,
-                                         study_.mode, needed, max_steps));
+                                         study_.mode, needed, engine::max_steps));
     }
     const auto steps = static_cast<std::int64_t>(needed);
     struct Passage {
@@ -166,7 +166,7 @@ class Body {
   solid::FixedDofs held_;
 };
 
-void run(const WavesStudy& study, Observations& seen, engine::Cost& cost) {
+void run_dispersion(const WavesStudy& study, Observations& seen, engine::Cost& cost) {
   const Body body(study);
   const double limit = body.linear_limit();
   const double dt = study.fraction * limit;
@@ -237,8 +237,10 @@ engine::Study read_dispersion(const io::Table& top) {
                                           .solid = solid,
                                           .method = "leap-frog, end sections fixed",
                                           .by = {parts::Kind::LeapFrog, parts::Kind::Constraints}}),
-          .declares = declared(),
-          .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
+          .declares = dispersion_observations(),
+          .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
+            run_dispersion(study, seen, cost);
+          }};
 }
 
 }  // namespace veriflex::measures

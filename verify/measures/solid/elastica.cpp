@@ -30,7 +30,7 @@ struct ElasticaStudy {
   bool is_harmonic() const { return bond::name_of(material.law) == "harmonic"; }
 };
 
-Observations declared(const ElasticaStudy& study) {
+Observations elastica_observations(const ElasticaStudy& study) {
   Observations all;
   all.records = {{"elastica",
                   "Tip of the clamped beam under a dead load",
@@ -140,7 +140,7 @@ void record_exact(double max_load, observe::Record& record) {
   }
 }
 
-void run(const ElasticaStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_elastica(const ElasticaStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double spacing = spacing_of(study.section);
   const solid::Material same{bond::Harmonic{bond::stiffness(study.material.law, spacing), spacing},
                              study.material.angle_stiffness};
@@ -198,8 +198,8 @@ engine::Study read_elastica(const io::Table& top) {
                     .method = fmt::format("{}, load by load; first sections clamped, last one loaded",
                                           row_of(solid::relaxations, study.statics.method).text),
                     .by = parts_of(study.statics)}),
-          .declares = declared(study),
-          .run = std::bind_front(run, study)};
+          .declares = elastica_observations(study),
+          .run = std::bind_front(run_elastica, study)};
 }
 
 }  // namespace veriflex::measures

@@ -22,7 +22,7 @@ struct ElasticityStudy {
   std::vector<double> shears;  // engineering shear strains of the simple-shear curve  [1]
 };
 
-Observations declared(const ElasticityStudy& study) {
+Observations elasticity_observations(const ElasticityStudy& study) {
   Observations all;
   all.metrics = {{"c11", {}, "M L^-1 T^-2", "stress along a stretched axis over its strain"},
                  {"c12", {}, "M L^-1 T^-2", "stress across a stretched axis over its strain"},
@@ -82,7 +82,7 @@ double modulus(const ElasticityStudy& study, const solid::Network& cell, int i, 
       .value;
 }
 
-void run(const ElasticityStudy& study, Observations& seen, engine::Cost& cost) {
+void run_elasticity(const ElasticityStudy& study, Observations& seen, engine::Cost& cost) {
   const solid::Network cell = unit_cell(study.spacing, study.material.angle_stiffness != 0.0);
   const auto stretch = [](double e) { return Mat3(Vec3(1.0 + e, 1.0, 1.0).asDiagonal()); };
   const auto pure_shear = [](double e) {
@@ -139,8 +139,10 @@ engine::Study read_elasticity(const io::Table& top) {
     }
   }
   return {.plan = engine::read_plan(top, {.law = law}),
-          .declares = declared(study),
-          .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
+          .declares = elasticity_observations(study),
+          .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
+            run_elasticity(study, seen, cost);
+          }};
 }
 
 }  // namespace veriflex::measures

@@ -28,7 +28,7 @@ struct MotionStudy {
   double time_step() const { return duration / static_cast<double>(steps); }
 };
 
-Observations declared() {
+Observations integrator_observations() {
   return {
       .records = {},
       .metrics = {{"momentum_error", {}, "1", "largest departure over the sum of the nodes' |p|"},
@@ -52,7 +52,7 @@ Vec3 angular_momentum(const solid::Network& network, const solid::Leapfrog& moti
   return sum;
 }
 
-void run(const MotionStudy& study, Observations& seen, engine::Cost& cost) {
+void run_integrator(const MotionStudy& study, Observations& seen, engine::Cost& cost) {
   const solid::Network network = scene::build(study.solid);
   const Eigen::Index nodes = network.node_count();
   const Positions rest = Positions::Zero(nodes, 3);
@@ -113,8 +113,10 @@ engine::Study read_integrator(const io::Table& top) {
                                           .solid = solid,
                                           .method = "leap-frog, free, from noise",
                                           .by = {parts::Kind::LeapFrog}}),
-          .declares = declared(),
-          .run = [study](Observations& seen, Progress&, engine::Cost& cost) { run(study, seen, cost); }};
+          .declares = integrator_observations(),
+          .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
+            run_integrator(study, seen, cost);
+          }};
 }
 
 }  // namespace veriflex::measures

@@ -31,7 +31,7 @@ struct InvarianceStudy {
   double time_step;    // [T]
 };
 
-Observations declared() {
+Observations invariance_observations() {
   return {
       .records = {},
       .metrics = {
@@ -132,7 +132,8 @@ Positions end_of_run(const InvarianceStudy& study, const solid::Material& materi
   return motion.displacement() / length;
 }
 
-void run(const InvarianceStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_invariance(const InvarianceStudy& study, Observations& seen, Progress& progress,
+                    engine::Cost& cost) {
   const solid::Network network = scene::build(study.solid);
   refuse_unstable_step(
       study.time_step,
@@ -208,8 +209,8 @@ engine::Study read_invariance(const io::Table& top) {
                                           .solid = solid,
                                           .method = "forces of one noisy state; leap-frog, free",
                                           .by = {parts::Kind::LeapFrog}}),
-          .declares = declared(),
-          .run = std::bind_front(run, study)};
+          .declares = invariance_observations(),
+          .run = std::bind_front(run_invariance, study)};
 }
 
 }  // namespace veriflex::measures

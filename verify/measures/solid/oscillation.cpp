@@ -10,6 +10,7 @@
 #include "base/quadrature.hpp"
 #include "base/root.hpp"
 #include "bond/derive.hpp"
+#include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/drivers.hpp"
 #include "measures/solid/runge_kutta.hpp"
@@ -22,8 +23,7 @@ namespace {
 
 using observe::Observations;
 
-constexpr double max_steps = 1e9;  // of a run
-constexpr double grown = 100.0;    // times the start, which no bounded motion reaches
+constexpr double unbounded = 100.0;  // times the start, which no bounded motion reaches
 
 enum class Integrator { LeapFrog, ImplicitMidpoint, RungeKutta };
 
@@ -79,7 +79,7 @@ double integral_by_pieces(const Function& f, double way, std::vector<double> bre
 
 // A pair let go at rest: lengths are counted from the rest length, so that a small strain keeps all its
 // digits.
-struct Pair {
+struct FreePair {
   const bond::AnyLaw& law;
   double rest;                // [L]
   std::vector<double> kinks;  // where the stiffness jumps, rising  [L]
@@ -99,7 +99,7 @@ struct Pair {
 };
 
 // The other end of the motion that starts at rest at x = start. Throws NumericalFailure when there is none.
-double turning_point(const Pair& pair, double start) {
+double turning_point(const FreePair& pair, double start) {
   const Interval domain = bond::domain(pair.law);
   const double limit = (start > 0.0 ? domain.lo : domain.hi) - pair.rest;
   const double inwards = start > 0.0 ? -1.0 : 1.0;
@@ -125,7 +125,7 @@ double turning_point(const Pair& pair, double start) {
 // away. E - U is the tension's integral from the nearer end, so that nothing cancels at small strains.
 double pair_period(const Oscillation& study) {
   const bond::Derivation derivation = bond::derive(study.law);
-  Pair pair{study.law, study.rest_length, {}};
+  FreePair pair{study.law, study.rest_length, {}};
   for (const bond::Kink& kink : derivation.kinks) pair.kinks.push_back(kink.length - pair.rest);
   const double start = study.rest_length * study.strain;
   const double turn = turning_point(pair, start);
@@ -187,14 +187,14 @@ double passage_between(const Sample& before, const Sample& after) {
 }
 
 // What was measured of a motion.
-struct Measured {
+struct Swing {
   double period;   // [T]
   double substep;  // mean length of a (sub-)step  [T]
 };
 
 // Mean period over `periods` upward passages through rest of a motion from rest.
 template <class Motion>
-Measured measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion motion) {
+Swing measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion motion) {
   const auto sample = [&] {
     return Sample{motion.time(), shape.dot(motion.displacement().col(2)),
                   shape.dot(motion.velocity().col(2))};
@@ -209,11 +209,11 @@ Measured measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion 
   while (motion.time() < 2.0 * (study.periods + 2) * study.exact) {
     motion.step();
     const Sample now = sample();
-    if (!(std::abs(now.amount) < grown * std::abs(start.amount))) {
+    if (!(std::abs(now.amount) < unbounded * std::abs(start.amount))) {
       throw NumericalFailure(
           fmt::format("step {}: the motion has grown to {} times its start: steps of {} are "
                       "unstable",
-                      motion.steps(), grown, mean_substep()),
+                      motion.steps(), unbounded, mean_substep()),
           FailureMode::TimeStep);
     }
     if (before.amount < 0.0 && now.amount >= 0.0) {
@@ -237,7 +237,7 @@ Measured measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion 
       FailureMode::TimeStep);
 }
 
-Measured measure(const Oscillation& study) {
+Swing measure(const Oscillation& study) {
   const solid::Network network = solid::cubic_lattice({{1, 1, study.nodes}, study.rest_length});
   const solid::Material material{study.law, 0.0};
   const Eigen::VectorXd shape = shape_of(study);
@@ -258,7 +258,7 @@ Measured measure(const Oscillation& study) {
   throw std::logic_error("no integrator");
 }
 
-Observations declared(const Oscillation& study) {
+Observations oscillation_observations(const Oscillation& study) {
   Observations all;
   all.metrics = {{"exact_period",
                   {},
@@ -279,7 +279,7 @@ Observations declared(const Oscillation& study) {
   return all;
 }
 
-void run(const Oscillation& study, Observations& seen) {
+void run_oscillation(const Oscillation& study, Observations& seen) {
   const double k = bond::stiffness(study.law, study.rest_length);
   const double limit = 2.0 / std::sqrt(study.nodes == 2 ? 2.0 * k : 4.0 * k);
   seen.set("exact_period", study.exact);
@@ -291,7 +291,7 @@ void run(const Oscillation& study, Observations& seen) {
   };
   const bool is_adaptive = study.integrator == Integrator::RungeKutta;
   if (!is_adaptive) tell_steps(study.substep());  // before the run: it may fail
-  const Measured measured = measure(study);
+  const Swing measured = measure(study);
   if (is_adaptive) tell_steps(measured.substep);
   seen.set("period", measured.period);
   seen.set("period_error", std::abs(measured.period / study.exact - 1.0));
@@ -382,10 +382,11 @@ engine::Study read_oscillation(const io::Table& top) {
   } else {
     study.time_step = read_time_step(t, study.exact);
     const double steps = study.periods * study.exact / study.substep();
-    if (!(steps <= max_steps)) {
-      t.fail("periods", fmt::format("{} periods take {:.3g} (sub-)steps", study.periods, steps),
-             fmt::format("a period lasts {:.6g}; {:.0e} of them are the limit", study.exact, max_steps),
-             "Use fewer steps or periods, or another unit of time");
+    if (!(steps <= engine::max_steps)) {
+      t.fail(
+          "periods", fmt::format("{} periods take {:.3g} (sub-)steps", study.periods, steps),
+          fmt::format("a period lasts {:.6g}; {:.0e} of them are the limit", study.exact, engine::max_steps),
+          "Use fewer steps or periods, or another unit of time");
     }
   }
   const Named<Integrator>& integrator = row_of(integrators, study.integrator);
@@ -393,9 +394,9 @@ engine::Study read_oscillation(const io::Table& top) {
                                           .solid = solid,
                                           .method = fmt::format("{}, from rest", integrator.text),
                                           .by = parts_of(study.integrator)}),
-          .declares = declared(study),
+          .declares = oscillation_observations(study),
           .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
-            run(study, seen);
+            run_oscillation(study, seen);
             cost.finish("motion");
           }};
 }

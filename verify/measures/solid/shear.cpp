@@ -24,7 +24,7 @@ struct ShearStudy {
   solid::Block block;
 };
 
-Observations declared() {
+Observations shear_observations() {
   return {.records = {},
           .metrics = {{"free_sides", {}, "1", "force on the plates per area and shear over G = 4 k_a/r0^3"},
                       {"free_error", {}, "1", "1 less that: it falls as 1/n, n the nodes along the shear"},
@@ -58,7 +58,7 @@ double stiffness(const ShearStudy& study, bool plane) {
   return force(u).col(0).tail(per_section).sum() / block.section();
 }
 
-void run(const ShearStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_shear(const ShearStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const double r0 = study.block.spacing;
   const double modulus = 4.0 * study.material.angle_stiffness / (r0 * r0 * r0);
   const auto n = static_cast<double>(study.block.nodes[0]);
@@ -95,8 +95,8 @@ engine::Study read_shear(const io::Table& top) {
                                       .solid = solid,
                                       .method = "linear response by sparse Cholesky; both end sections fixed",
                                       .by = {parts::Kind::Statics}}),
-      .declares = declared(),
-      .run = std::bind_front(run, study)};
+      .declares = shear_observations(),
+      .run = std::bind_front(run_shear, study)};
 }
 
 }  // namespace veriflex::measures

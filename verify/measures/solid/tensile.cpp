@@ -41,7 +41,7 @@ struct TensileStudy {
   bool has_faces() const { return block.nodes[0] > 1 && block.nodes[1] > 1; }
 };
 
-Observations declared(const TensileStudy& study) {
+Observations tensile_observations(const TensileStudy& study) {
   Observations all;
   if (!study.points.empty()) {
     all.records.push_back(
@@ -177,7 +177,7 @@ double order(const std::vector<double>& errors) {
   return std::log2(coarse / fine);
 }
 
-void run(const TensileStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_tensile(const TensileStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   if (!study.points.empty()) {
     pull_along_curve(study, progress, seen);
     cost.finish("curve");
@@ -250,8 +250,8 @@ engine::Study read_tensile(const io::Table& top) {
                                           row_of(solid::relaxations, study.statics.method).text,
                                           study.lateral_held ? "fixed (exact: C12 = 0)" : "free"),
                     .by = parts_of(study.statics)}),
-          .declares = declared(study),
-          .run = std::bind_front(run, study)};
+          .declares = tensile_observations(study),
+          .run = std::bind_front(run_tensile, study)};
 }
 
 }  // namespace veriflex::measures

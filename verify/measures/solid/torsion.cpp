@@ -36,7 +36,7 @@ struct TorsionStudy {
   std::optional<std::int64_t> slenderness;  // spacings along the bar over n; without it no bar is built
 };
 
-Observations declared(const TorsionStudy& study) {
+Observations torsion_observations(const TorsionStudy& study) {
   Observations all;
   all.metrics = {
       {"section", {}, "1", "J/(n r0)^4 by the warping of one section"},
@@ -149,7 +149,7 @@ double stiffness(const TorsionStudy& study, bool with_straight) {
   return couple * static_cast<double>(to - from) * study.spacing / (turn[to] - turn[from]);
 }
 
-void run(const TorsionStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_torsion(const TorsionStudy& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   const auto n = static_cast<double>(study.side);
   const double continuum = analytic::torsion_constant_of_square();
   const double section = section_constant(study.side) / std::pow(n, 4);
@@ -198,7 +198,7 @@ engine::Study read_torsion(const io::Table& top) {
   } catch (const BadParameter& bad) {
     t.fail("side", bad.problem, bad.why, "Use a thinner bar, or a smaller slenderness");
   }
-  return {.plan = plan, .declares = declared(study), .run = std::bind_front(run, study)};
+  return {.plan = plan, .declares = torsion_observations(study), .run = std::bind_front(run_torsion, study)};
 }
 
 }  // namespace veriflex::measures
