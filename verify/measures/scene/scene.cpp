@@ -306,21 +306,21 @@ engine::Study read_scene(const io::Table& top) {
   }
   // One copy for all that is done with it: bodies may be large.
   const auto shared = std::make_shared<const SceneStudy>(std::move(study));
-  engine::Study made{.plan = std::move(plan),
-                     .measures = measures,
-                     .run = [shared](observe::Observations& seen, Progress& progress,
-                                     engine::Cost& cost) { run_scene(*shared, seen, progress, cost, nullptr); },
-                     .expects =
-                         [shared] {
-                           const auto work = scene::expected_work(shared->scene, shared->steps);
-                           return work ? std::vector{*work} : std::vector<scene::ExpectedWork>{};
-                         },
-                     .offers =
-                         [shared] {
-                           return scene::offers(shared->scene, [](std::size_t i) {
-                             return fmt::format("body.{}.substeps", i);
-                           });
-                         }};
+  engine::Study made{
+      .plan = std::move(plan),
+      .measures = measures,
+      .run = [shared](observe::Observations& seen, Progress& progress,
+                      engine::Cost& cost) { run_scene(*shared, seen, progress, cost, nullptr); },
+      .expects =
+          [shared] {
+            const auto work = scene::expected_work(shared->scene, shared->steps);
+            return work ? std::vector{*work} : std::vector<scene::ExpectedWork>{};
+          },
+      .offers =
+          [shared] {
+            return scene::offers(shared->scene,
+                                 [](std::size_t i) { return fmt::format("body.{}.substeps", i); });
+          }};
   if (shared->checkpoint) {
     made.run_with_checkpoints = [shared](observe::Observations& seen, Progress& progress, engine::Cost& cost,
                                          engine::Checkpoints& checkpoints) {
