@@ -120,7 +120,7 @@ std::optional<AlternatingGrowth> AlternatingGrowth::of(const CoupledStep& step, 
   return growth;
 }
 
-double AlternatingGrowth::excess(double rho) const {
+double AlternatingGrowth::excess(double rho, double tolerance) const {
   const int n = step_.substeps();
   const double m = step_.node_mass();
   const FunctionOfStiffness mobility(step_.stiffness(), stiffest_, [&](double stiffness) {
@@ -148,24 +148,28 @@ double AlternatingGrowth::excess(double rho) const {
   return solid::largest_eigenvalue(product, 3 * markers, tolerance, "growth of the exchange") - 1.0;
 }
 
+// Not more closely than that: near the critical mass many modes are about as strong as the strongest, and
+// telling them apart takes a hundred times the products.
+bool AlternatingGrowth::exceeds(double factor) const { return excess(factor, 0.1 * growth_resolution) > 0.0; }
+
 double AlternatingGrowth::factor() const {
-  constexpr double accuracy = 1e-9;
+  constexpr double accuracy = 1e-9, tolerance = 1e-9;
   double below = 1.0 + growth_resolution, above = 1.0 + 2.0 * growth_resolution;
-  double most = excess(below);
-  if (!(most > 0.0)) return 1.0;
-  double least = excess(above);
+  if (!exceeds(below)) return 1.0;
+  double most = excess(below, tolerance);
+  double least = excess(above, tolerance);
   while (least > 0.0) {
     below = above;
     most = least;
     above = 1.0 + 4.0 * (above - 1.0);
     if (above > farthest_growth) return below;
-    least = excess(above);
+    least = excess(above, tolerance);
   }
   // False position; the end that stays is given half its weight (Illinois), for each value is a Lanczos run.
   while (above - below > accuracy * below) {
     const double between = std::clamp(below + (above - below) * most / (most - least), below + 0.1 * accuracy,
                                       above - 0.1 * accuracy);
-    const double found = excess(between);
+    const double found = excess(between, tolerance);
     if (found > 0.0) {
       below = between;
       most = found;

@@ -45,7 +45,7 @@ class AlternatingGrowth {
   static std::optional<AlternatingGrowth> of(const CoupledStep& step, const Scales& scales);
 
   /// Whether something grows by more than that factor, at least 1, in a step.
-  bool exceeds(double factor) const { return excess(factor) > 0.0; }
+  bool exceeds(double factor) const;
 
   /// The largest such factor; 1 when nothing grows by more than growth_resolution.
   double factor() const;
@@ -56,7 +56,8 @@ class AlternatingGrowth {
  private:
   AlternatingGrowth(const CoupledStep& step, double stiffest, double own_growth)
       : step_(step), stiffest_(stiffest), own_growth_(own_growth) {}
-  double excess(double rho) const;
+  /// Of the largest eigenvalue over 1, to a residual of `tolerance`.
+  double excess(double rho, double tolerance) const;
 
   const CoupledStep& step_;
   double stiffest_;  // of K, and a little  [M T^-2]
