@@ -250,3 +250,45 @@ def buckling_growth(result, record):
     legend_above(axes, handles)
     caption = "Growth of the first buckling mode of a free filament between four rolls: above zero it buckles."
     return Figure(caption, inline_svg(drawing, caption))
+
+
+def thrust_stroke(result, record):
+    """The filament driven at one end when the drive is at its most and a quarter of a period later, and the chain of theory."""
+    moments = {"with": "drive at its most", "after": "a quarter of a period later"}
+    if not drawable(record, "place", *moments, *(f"{name}_theory" for name in moments)):
+        return None
+    drawing, (axes,) = canvas()
+    handles = [Line2D([], [], color="#222222", linewidth=1.2, label="chain of markers, theory")]
+    for colour, (name, label) in zip(("C0", "C1"), moments.items()):
+        axes.plot(record["place"], record[f"{name}_theory"], "-", color="#222222", linewidth=1.2)
+        handles += axes.plot(record["place"], record[name], "o", color=colour, markerfacecolor="none", label=label)
+    axes.axhline(0, **MARK)
+    axes.set_xlabel(column_label(record.columns["place"]))
+    axes.set_ylabel("displacement over drive [1]")
+    legend_above(axes, handles)
+    caption = f"{record.title}."
+    return Figure(caption, inline_svg(drawing, caption))
+
+
+def thrust_law(result, record):
+    """Thrust against the sperm number by two theories, with what was measured: the run, or the rows of a sweep."""
+    if len(record.columns) != 3 or not drawable(record, *record.columns):
+        return None
+    sperm_number, slender, of_markers = record.columns
+    rows = result.records.get("sweep")
+    if rows is None:
+        at, measured = ([result.metric(name)] for name in ("sperm_number", "scaled_thrust"))
+    elif drawable(rows, "sperm_number", "scaled_thrust"):
+        at, measured = rows["sperm_number"], rows["scaled_thrust"]
+    else:
+        return None
+    drawing, (axes,) = canvas()
+    handles = axes.plot(record[sperm_number], record[slender], ":", color="C1", label="slender body")
+    handles += axes.plot(record[sperm_number], record[of_markers], "-", color="#222222", linewidth=1.2, label="chain of markers in this box")
+    handles += axes.plot(at, measured, "o", color="C0", label="measured")
+    axes.axhline(0, **MARK)
+    axes.set_xlabel(column_label(record.columns[sperm_number]))
+    axes.set_ylabel("thrust over that of an endless filament Y [1]")
+    legend_above(axes, handles)
+    caption = f"Thrust of a filament driven at one end: {slender}."
+    return Figure(caption, inline_svg(drawing, caption))

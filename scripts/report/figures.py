@@ -66,6 +66,8 @@ KINDS = {
     "deflection": (coupling.beam_line,),
     "buckling_mode": (coupling.buckling_mode,),
     "buckling_growth": (coupling.buckling_share,),
+    "thrust_law": (coupling.thrust_law,),
+    "thrust_stroke": (coupling.thrust_stroke,),
     "validity": (),
     "sweep": (solid.buckling, solid.standing_waves, coupling.buckling_growth, studies.sweep),
     "sweep_cost": (studies.sweep_cost,),

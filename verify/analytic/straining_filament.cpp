@@ -7,7 +7,6 @@
 #include <numbers>
 #include <vector>
 
-#include "analytic/lattice_wave.hpp"
 #include "base/error.hpp"
 
 namespace veriflex::analytic {
@@ -53,36 +52,6 @@ double product(const VectorXd& p, const VectorXd& q) {
   return sum;
 }
 
-struct Wave {
-  double k;
-  int count;  // itself and that with - k, which is as good
-};
-
-/// Of a box of so many nodes, but those of two nodes, which the kernel lets nothing of.
-std::vector<Wave> waves(std::int64_t nodes) {
-  std::vector<Wave> all{{0.0, 1}};
-  for (std::int64_t i = 1; 2 * i < nodes; ++i)
-    all.push_back({2.0 * std::numbers::pi * static_cast<double>(i) / static_cast<double>(nodes), 2});
-  return all;
-}
-
-/// Velocity sum f c of a wave exp(i k.x) per force along x and along z, a column each; of the same wave both
-/// ways.
-Eigen::Matrix<double, 3, 2> response(const Vec3& k, double relaxation_time) {
-  using Step = Eigen::Matrix<Complex, fluid::Q, fluid::Q>;
-  Eigen::Matrix<Complex, fluid::Q, 2> pushed;
-  Eigen::Matrix<Complex, 3, fluid::Q> velocities;
-  for (int q = 0; q < fluid::Q; ++q) {
-    const auto& c = fluid::c[static_cast<std::size_t>(q)];
-    const Vec3 v(c[0], c[1], c[2]);
-    velocities.col(q) = v.cast<Complex>();
-    const Complex arrived = 3.0 * fluid::w(q) * std::polar(1.0, -k.dot(v));
-    pushed.row(q) << arrived * v.x(), arrived * v.z();
-  }
-  const Step left = Step::Identity() - one_step(k, relaxation_time);
-  return (velocities * left.partialPivLu().solve(pushed)).real();
-}
-
 /// Of displacements w: the bending energy over their square, without the stiffness.
 double curved(const VectorXd& w) {
   const Index inner = w.size() - 2;
@@ -115,54 +84,10 @@ double slender_drag(double radius_over_length) {
   return 8.0 * std::numbers::pi / -std::log(radius_over_length * radius_over_length * std::numbers::e);
 }
 
-double interpolated(double wavenumber) { return 0.5 * (1.0 + std::cos(wavenumber)); }
-
-double interpolated_slope(double wavenumber) {
-  return wavenumber == 0.0 ? 1.0 : std::sin(wavenumber) / wavenumber;
-}
-
-double roll_response(double wavenumber, double relaxation_time) {
-  const Eigen::Matrix<double, 3, 2> u = response({wavenumber, 0.0, wavenumber}, relaxation_time);
-  return u(0, 0) - u(0, 1);  // of a force along (1, 0, -1), across the wave
-}
-
-Mobility line_mobility(const Grid& box, double relaxation_time, std::int64_t markers) {
-  const std::vector<Wave> x = waves(box.size[0]), y = waves(box.size[1]), z = waves(box.size[2]);
-  Mobility sum{VectorXd::Zero(markers), VectorXd::Zero(markers), VectorXd::Zero(markers)};
-  for (const Wave& a : x) {
-    double along = 0.0, across = 0.0, turned = 0.0;
-    for (const Wave& b : y) {
-      for (const Wave& c : z) {
-        if (a.k + b.k + c.k == 0.0) continue;
-        const double plane = std::pow(interpolated(a.k) * interpolated(b.k), 2) * a.count * b.count * c.count;
-        const double kernel = interpolated(c.k), slope = c.k * interpolated_slope(c.k);
-        const Eigen::Matrix<double, 3, 2> u = response({a.k, b.k, c.k}, relaxation_time);
-        along += plane * kernel * kernel * u(0, 0);
-        across += plane * kernel * kernel * u(2, 1);
-        turned -= plane * kernel * slope * u(2, 0);
-      }
-    }
-    for (Index d = 0; d < markers; ++d) {
-      const double phase = a.k * static_cast<double>(d);
-      sum.along[d] += along * std::cos(phase);
-      sum.across[d] += across * std::cos(phase);
-      sum.turned[d] += turned * std::sin(phase);
-    }
-  }
-  const auto nodes = static_cast<double>(box.count());
-  return {sum.along / nodes, sum.across / nodes, sum.turned / nodes};
-}
-
 MatrixXd rate_of(const StrainedChain& chain) {
   const Index n = chain.stream.size();
-  MatrixXd along(n, n), across(n, n), turned(n, n);
-  for (Index i = 0; i < n; ++i) {
-    for (Index j = 0; j < n; ++j) {
-      along(i, j) = chain.mobility.along[std::abs(i - j)];
-      across(i, j) = chain.mobility.across[std::abs(i - j)];
-      turned(i, j) = chain.mobility.turned[std::abs(i - j)] * (i < j ? -1.0 : 1.0);
-    }
-  }
+  const MatrixXd along = by_distance(chain.mobility.along), across = by_distance(chain.mobility.across);
+  const MatrixXd turned = by_signed_distance(chain.mobility.turned);
   // At rest along the axis: each marker is held against the stream by the difference of its bonds' tensions.
   const VectorXd held = -along.partialPivLu().solve(chain.stream);
   MatrixXd elastic = MatrixXd::Zero(n, n);

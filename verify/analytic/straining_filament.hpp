@@ -11,7 +11,7 @@
 
 #include <Eigen/Core>
 
-#include "base/grid.hpp"
+#include "analytic/line_mobility.hpp"
 
 namespace veriflex::analytic {
 
@@ -21,26 +21,6 @@ Eigen::VectorXd slender_growth(double eta);
 
 /// 8 pi/c, c = -ln((a/L)^2 e): drag across a slender filament over viscosity and length.
 double slender_drag(double radius_over_length);
-
-/// What is left of a wave along an axis, and of its slope over the wavenumber, at a marker on a node: 1 for
-/// long waves. Of the 4-point kernel, whose first moment is exact: by others a marker that moves by a part of
-/// a spacing sees a velocity change by another amount than it does.
-double interpolated(double wavenumber);
-double interpolated_slope(double wavenumber);
-
-/// Velocity sum f c of steady rolls that vary along x and z with that wavenumber, per force that drives them,
-/// as the lattice has it: (1 - nu k^2)/(2 nu k^2) for long waves  [T].
-double roll_response(double wavenumber, double relaxation_time);
-
-/// Steady velocity of markers on neighbouring nodes of a line along x per force on one of them, as the
-/// lattice has it: D3Q15 BGK, 4-point kernel, forces of first order, velocity sum f c, in a periodic box
-/// without mean flow. By the distance of the two in spacings. At tau = 1 it is Stokes' within 5 %, but for
-/// neighbours; at tau = 2 forces along and across the line differ by a factor of two and more.
-struct Mobility {
-  Eigen::VectorXd along, across;  // x from x, z from z  [M^-1 T]
-  Eigen::VectorXd turned;  // d/dz of z from x: what the one that is displaced to z > 0 gets  [L^-1 M^-1 T]
-};
-Mobility line_mobility(const Grid& box, double relaxation_time, std::int64_t markers);
 
 /// A chain of these markers, a spacing apart, with bonds that keep their length, and angles.
 struct StrainedChain {

@@ -89,6 +89,11 @@ engine::Study read_elastic_layer(const io::Table& top);
 /// A free filament between four rolls: growth of its first buckling mode, against the theory of its markers.
 engine::Study read_buckling_filament(const io::Table& top);
 
+/// A filament driven at one end: mean force along it, against the theory of its markers and of slender
+/// bodies.
+/// [wiggins-goldstein-1998]
+engine::Study read_filament_thrust(const io::Table& top);
+
 /// Node mass at which the coupling of a rod to the fluid becomes unstable: linearised map against runs.
 engine::Study read_coupling_stability(const io::Table& top);
 
@@ -138,6 +143,7 @@ inline const std::vector<engine::Driver>& all() {
       {"buckling-filament",
        "free filament in a straining flow: growth of its first buckling mode, against theory",
        &read_buckling_filament},
+      {"filament-thrust", "thrust of a filament driven at one end, against theory", &read_filament_thrust},
       {"coupling-stability", "smallest stable node mass of a coupled rod: linearised map against runs",
        &read_coupling_stability},
       {"coupled-spectrum", "growth of small perturbations of a scene: its spectrum, the linearised map, runs",

@@ -13,10 +13,10 @@
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 #include "fluid/initial.hpp"
+#include "measures/coupling/marker_chain.hpp"
 #include "measures/coupling/run_monitored.hpp"
 #include "measures/drivers.hpp"
 #include "measures/scene/scene.hpp"
-#include "scene/markers.hpp"
 #include "scene/moving_body.hpp"
 
 // An elastic filament, free, on the axis of compression between four rolls that a body force drives. A chain
@@ -129,17 +129,6 @@ analytic::StrainedChain chain_of(const Filament& study) {
   return chain;
 }
 
-/// Of a sphere that a force moves as far as one marker, in an unbounded fluid  [L].
-double marker_radius(const Filament& study) {
-  constexpr std::int64_t wide = 48;
-  const double mu = study.viscosity();
-  const double in_cube =
-      analytic::line_mobility({{wide, wide, wide}}, study.fluid().relaxation_time, 1).across[0];
-  // A cube holds back by that of a point.                                                      [hasimoto-1959]
-  const double unbounded = in_cube + 2.837297 / (6.0 * std::numbers::pi * mu * static_cast<double>(wide));
-  return 1.0 / (6.0 * std::numbers::pi * mu * (unbounded + study.slip()));
-}
-
 /// k_a at which the chain begins to buckle; from the stiff side, because further on it drifts as fast as it
 /// buckles.
 double critical_stiffness(analytic::StrainedChain chain) {
@@ -205,7 +194,7 @@ void run_buckling_filament(const Filament& study, Observations& seen, Progress& 
   const Eigen::Index n = study.network().node_count(), middle = n / 2;
   const analytic::StrainedChain chain = chain_of(study);
   const analytic::EvenModes modes = analytic::even_modes(rate_of(chain));
-  const double radius = marker_radius(study);
+  const double radius = analytic::marker_radius(study.fluid().relaxation_time, study.slip());
   const double eta = analytic::slender_drag(radius / L) * mu * rate * std::pow(L, 4) / study.stiffness;
   seen.set("marker_radius", radius);
   seen.set("eta", eta);
@@ -257,57 +246,21 @@ void run_buckling_filament(const Filament& study, Observations& seen, Progress& 
   seen.set("bond_strain", -(u(middle + 1, 0) - u(middle, 0)));
 }
 
-scene::Body body_of(const io::Table& t, const bond::AnyLaw& law, const fluid::Spec& fluid) {
-  const std::int64_t nodes = t.integer("nodes", 7, 1001);
-  if (nodes % 2 == 0) {
-    t.fail("nodes", fmt::format("'nodes' is {}", nodes), "the middle node stands in the middle of the flow",
-           "Give an odd number");
-  }
-  solid::Network network = solid::cubic_lattice({{1, 1, nodes}, 1.0});
-  solid::add_angles(network);
-  network.rest = scene::turned(network.rest, 0);
-  network.vectors = scene::turned(network.vectors, 0);
-  solid::Conditions conditions;
-  conditions.node_mass = engine::need_positive(t, "node_mass", t.number("node_mass"));
-  const auto& size = fluid.grid.size;
-  const double half = 0.5 * static_cast<double>(nodes - 1);
-  return {.material = {law, 0.0},
-          .network = std::move(network),
-          .conditions = std::move(conditions),
-          .substeps = {static_cast<int>(t.integer("substeps", 1, 10000)), 0.0},
-          .place = {static_cast<double>(size[0] / 2) - half, static_cast<double>(size[1] / 2),
-                    static_cast<double>(size[2] / 2)},
-          .axis = 0};
-}
-
 }  // namespace
 
 engine::Study read_buckling_filament(const io::Table& top) {
   const io::Table t = top.table("buckling_filament");
-  const bond::AnyLaw law = engine::read_law(top);
-  if (std::abs(engine::read_derivation(top, law).rest_length - 1.0) > 1e-6) {
-    top.table("bond").fail("law", "it does not rest at 1",
-                           "the theory is that of markers on neighbouring nodes of the fluid",
-                           "Use a law that rests at 1");
-  }
   const fluid::Spec spec = engine::read_fluid(top);
-  const auto closed = fluid::closed(spec);
-  if (spec.grid.size[0] != spec.grid.size[2] || closed[0] || closed[1] || closed[2] || spec.has_obstacle() ||
-      spec.is_forced()) {
-    top.table("fluid").fail(
-        "nodes", "the box is not that of four rolls",
-        "they fill a periodic box as long along x as along z, without anything else in it",
-        "Give for example [64, 32, 64], without walls, obstacle and body_force");
+  check_empty_box(top, spec);
+  if (spec.grid.size[0] != spec.grid.size[2]) {
+    top.table("fluid").fail("nodes", "the box is not that of four rolls",
+                            "they fill a box as long along x as along z", "Give for example [64, 32, 64]");
   }
-  scene::CouplingSpec coupling = engine::read_coupling(top);
-  if (coupling.delta != coupling::Delta::FourPoint || coupling.forcing_iterations != 1) {
-    top.table("coupling")
-        .fail("delta", "it is not the 4-point kernel, in one iteration",
-              "the theory is that of these markers",
-              "Write delta = \"4-point\" and leave out forcing_iterations");
+  scene::Body body = read_marker_chain(top, t, spec);
+  if (body.network.node_count() % 2 == 0) {
+    t.fail("nodes", fmt::format("'nodes' is {}", body.network.node_count()),
+           "the middle node stands in the middle of the flow", "Give an odd number");
   }
-  scene::Body body = body_of(t, law, spec);
-  body.coupling = std::move(coupling);
   Filament study{.scene = {.fluid = spec, .bodies = {std::move(body)}},
                  .reynolds = engine::need_positive(t, "reynolds", t.number("reynolds")),
                  .stiffness = 0.0,
