@@ -153,7 +153,7 @@ TEST_CASE("Chains of markers push as a slender filament to 1 over the logarithm 
 }
 
 TEST_CASE("Markers on a line move each other under a force that oscillates as the lattice's waves say") {
-  constexpr double force = 1e-7, aside = 0.01;
+  constexpr double force = 1e-7, aside = 0.001;  // the kernel's second derivative jumps at a node
   constexpr Eigen::Index markers = 5;
   constexpr int period = 60;
   const fluid::Spec spec{.grid = {{16, 10, 12}}, .relaxation_time = 0.8};

@@ -1,5 +1,3 @@
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cmath>
 #include <complex>
@@ -8,6 +6,7 @@
 #include <numeric>
 
 #include "analytic/driven_filament.hpp"
+#include "base/reduce.hpp"
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
@@ -184,16 +183,20 @@ Observations declared(analytic::FilamentDrive drive) {
           {"coupling_growth", {}, "1", "largest factor a step of the linearised coupling"},
           {"thrust", {}, "M L T^-2", "mean force towards the driven end, over the last period"},
           {"thrust_markers", {}, "M L T^-2", "the same of the chain of markers in this box, by theory"},
-          {"thrust_error", {}, "1", "distance of these two, over the latter"},
+          {"thrust_error", {}, "1", "distance of these two, over the thrust of an endless filament"},
           {"thrust_change", {}, "1", "of the mean from the period before, over it"},
           {"scaled_thrust", {}, "1", "Y: thrust over that of an endless filament with the towed drags"},
           {"scaled_thrust_markers", {}, "1", "the same of the chain of markers, by theory"},
           {"scaled_thrust_slender", {}, "1", "the same of a slender body, to order 1/ln"},
-          {"stroke_error", {}, "1", "largest distance of the first harmonic from that of the chain's theory"},
+          {"stroke_error",
+           {},
+           "1",
+           "largest distance of the first harmonic from that of the chain's theory, over its largest"},
           {"drag_across", {}, "M L^-1 T^-1", "xi_perp: per node and speed, towed through the same box"},
           {"drag_along", {}, "M L^-1 T^-1", "xi_par: the same along the filament"},
           {"drag_across_markers", {}, "M L^-1 T^-1", "xi_perp of the chain of markers, by theory"},
           {"drag_along_markers", {}, "M L^-1 T^-1", "xi_par of the chain of markers, by theory"},
+          {"drag_error", {}, "1", "distance of the towed drags from these two, the larger, over them"},
           {"drag_across_slender", {}, "M L^-1 T^-1", "4 pi mu/(ln(L/a) + 1/2)"},
           {"drag_along_slender", {}, "M L^-1 T^-1", "2 pi mu/(ln(L/a) - 1/2)"},
           {"marker_radius", {}, "L", "a: of a sphere that moves as one marker does by a force, slip and all"},
@@ -230,6 +233,8 @@ void run(const Thrust& study, Observations& seen, Progress& progress, engine::Co
   const double sperm_number = study.sperm_number(drag.across);
   seen.set("drag_across", drag.across);
   seen.set("drag_along", drag.along);
+  seen.set("drag_error", std::max(std::abs(drag.across / of_markers.across - 1.0),
+                                  std::abs(drag.along / of_markers.along - 1.0)));
   seen.set("sperm_number", sperm_number);
   seen.set("scaled_thrust_slender", analytic::slender_thrust(study.drive, sperm_number));
   cost.finish("towed");
@@ -237,14 +242,14 @@ void run(const Thrust& study, Observations& seen, Progress& progress, engine::Co
   const std::vector<Period> periods = run_periods(study);
   const double thrust = periods.back().thrust;
   seen.set("thrust", thrust);
-  seen.set("thrust_error", std::abs(thrust / (square * stroke.thrust) - 1.0));
+  seen.set("thrust_error", std::abs(study.scaled(thrust - square * stroke.thrust, of_markers)));
   seen.set("thrust_change", 1.0 - periods[periods.size() - 2].thrust / thrust);
   seen.set("scaled_thrust", study.scaled(thrust, drag));
   cost.finish("driven");
 
   // The drive, a sin(omega t), is Re[-i a exp(i omega t)].
   const VectorXcd wave = periods.back().wave / std::complex<double>(0.0, -study.amplitude);
-  seen.set("stroke_error", (wave - stroke.shape).cwiseAbs().maxCoeff());
+  seen.set("stroke_error", largest_magnitude(wave - stroke.shape) / largest_magnitude(stroke.shape));
   observe::Record& record = seen.open("thrust_stroke");
   for (Index i = 0; i < wave.size(); ++i) {
     record.append({static_cast<double>(i) / study.length(), wave[i].real(), -wave[i].imag(),
