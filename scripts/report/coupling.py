@@ -290,5 +290,5 @@ def thrust_law(result, record):
     axes.set_xlabel(column_label(record.columns[sperm_number]))
     axes.set_ylabel("thrust over that of an endless filament Y [1]")
     legend_above(axes, handles)
-    caption = f"Thrust of a filament driven at one end: {slender}."
+    caption = f"Thrust of a filament driven at one end ({slender}), the more flexible it is: measured, and by two theories."
     return Figure(caption, inline_svg(drawing, caption))

@@ -151,8 +151,8 @@ analytic::DrivenChain chain_of(const Thrust& study) {
 /// Y by Sp, of a slender body and of this chain.
 void record_law(const Thrust& study, analytic::DrivenChain chain, observe::Record& record) {
   const analytic::RodDrag drag = analytic::towed_drags(chain.steady);
-  for (int quarters = 2; quarters <= 32; ++quarters) {
-    const double sperm_number = 0.25 * quarters, bending_length = study.length() / sperm_number;
+  for (int eighths = 4; eighths <= 64; ++eighths) {
+    const double sperm_number = 0.125 * eighths, bending_length = study.length() / sperm_number;
     chain.angle_stiffness = drag.across * chain.omega * std::pow(bending_length, 4);
     const double endless =
         (drag.across - drag.along) * chain.omega * analytic::endless_thrust(study.drive, bending_length);
