@@ -275,20 +275,25 @@ def thrust_law(result, record):
     if len(record.columns) != 3 or not drawable(record, *record.columns):
         return None
     sperm_number, slender, of_markers = record.columns
+    names = ("sperm_number", "scaled_thrust", "scaled_thrust_markers")
     rows = result.records.get("sweep")
     if rows is None:
-        at, measured = ([result.metric(name)] for name in ("sperm_number", "scaled_thrust"))
-    elif drawable(rows, "sperm_number", "scaled_thrust"):
-        at, measured = rows["sperm_number"], rows["scaled_thrust"]
+        at, measured, of_rows = (np.array([result.metric(name)], float) for name in names)
+    elif drawable(rows, *names):
+        at, measured, of_rows = (rows[name] for name in names)
     else:
         return None
     drawing, (axes,) = canvas()
-    handles = axes.plot(record[sperm_number], record[slender], ":", color="C1", label="slender body")
-    handles += axes.plot(record[sperm_number], record[of_markers], "-", color="#222222", linewidth=1.2, label="chain of markers in this box")
-    handles += axes.plot(at, measured, "o", color="C0", label="measured")
+    handles = axes.plot(record[sperm_number], record[slender], ":", color="C1", label=f"slender body, {slender}")
+    # The curve is that of the last row; where others are in another box, theory is a mark for each.
+    if np.allclose(np.interp(at, record[sperm_number], record[of_markers]), of_rows, atol=0.05):
+        handles += axes.plot(record[sperm_number], record[of_markers], "-", color="#222222", linewidth=1.2, label="chain of markers in this box")
+    else:
+        handles += axes.plot(at, of_rows, "x", color="#222222", markersize=7, label="chain of markers in its box")
+    handles += axes.plot(at, measured, "o", color="C0", markerfacecolor="none", label="measured")
     axes.axhline(0, **MARK)
     axes.set_xlabel(column_label(record.columns[sperm_number]))
     axes.set_ylabel("thrust over that of an endless filament Y [1]")
     legend_above(axes, handles)
-    caption = f"Thrust of a filament driven at one end ({slender}), the more flexible it is: measured, and by two theories."
+    caption = "Thrust of a filament driven at one end, the more flexible it is: measured, and by two theories."
     return Figure(caption, inline_svg(drawing, caption))

@@ -237,3 +237,33 @@ TEST_CASE("A 2 x 2 bar twists with J = r0^4: four bonds at half a spacing from t
   CHECK(measured(measures::read_torsion, harmonic + angles + study, "series_error") < 1e-12);
   CHECK(measured(measures::read_torsion, harmonic + angles + study, "bar") == Approx(1.0 / 16.0));
 }
+
+TEST_CASE("Filaments of markers are refused where their theory is another") {
+  const std::string box = "[fluid]\nnodes = [16, 16, 16]\nrelaxation_time = 1.0\n";
+  const std::string markers = "[coupling]\ndelta = \"4-point\"\nmarker_volume = 8.0\n";
+  const std::string stiff = "[bond]\nlaw = \"harmonic\"\nbond_stiffness = 10.0\nrest_length = 1.0\n";
+  const std::string chain =
+      "nodes = 9\nnode_mass = 20.0\nsubsteps = 8\nelastoviscous = 2.0\namplitude = 0.01\n";
+  const std::string thrust = stiff + box + markers + "[filament_thrust]\n" + chain +
+                             "drive = \"hinged\"\nreynolds = 2.0\nperiods = 2\n";
+  const std::string buckling =
+      stiff + box + markers + "[buckling_filament]\n" + chain + "reynolds = 0.5\nstrain = 0.5\n";
+  const auto refused = [&](const std::string& from, const std::string& to, const std::string& message) {
+    refuses(measures::read_filament_thrust, replaced(thrust, from, to), message);
+    refuses(measures::read_buckling_filament, replaced(buckling, from, to), message);
+  };
+  refused("rest_length = 1.0", "rest_length = 1.1", "does not rest at 1");
+  refused("relaxation_time = 1.0\n", "relaxation_time = 1.0\nwalls_z = {}\n", "the box is not empty");
+  refused("relaxation_time = 1.0\n", "relaxation_time = 1.0\nbody_force = [1e-6, 0, 0]\n",
+          "the box is not empty");
+  refused("4-point", "cosine", "4-point kernel");
+  refused("marker_volume = 8.0\n", "marker_volume = 8.0\nnodes = [0, 1]\n", "not every node is coupled");
+  refused("nodes = 9", "nodes = 5", "'nodes'");
+  refused("nodes = 9", "nodes = 15", "image");
+  refused("elastoviscous = 2.0", "elastoviscous = 0.0", "'elastoviscous'");
+  refuses(measures::read_buckling_filament, replaced(buckling, "nodes = 9", "nodes = 10"), "odd");
+  refuses(measures::read_filament_thrust, replaced(thrust, "hinged", "pulled"), "clamped");
+  refuses(measures::read_filament_thrust, replaced(thrust, "periods = 2", "periods = 1"), "'periods'");
+  refuses(measures::read_filament_thrust, replaced(thrust, "reynolds = 2.0", "reynolds = 1e6"),
+          "a period takes");
+}
