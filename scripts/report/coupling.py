@@ -271,28 +271,36 @@ def thrust_stroke(result, record):
 
 
 def thrust_law(result, record):
-    """Thrust against the sperm number by two theories, with what was measured: the run, or the rows of a sweep."""
-    if len(record.columns) != 3 or not drawable(record, *record.columns):
+    """Thrust against the sperm number by two theories, with what was measured: the run, or the rows of a sweep with one drive."""
+    drives = ("hinged", "clamped", "angle")
+    names = ("sperm_number", "scaled_thrust", "scaled_thrust_markers", "scaled_thrust_slender")
+    if not drawable(record, "sperm_number", *drives, "markers"):
         return None
-    sperm_number, slender, of_markers = record.columns
-    names = ("sperm_number", "scaled_thrust", "scaled_thrust_markers")
     rows = result.records.get("sweep")
     if rows is None:
-        at, measured, of_rows = (np.array([result.metric(name)], float) for name in names)
+        at, measured, of_markers, slender = (np.array([result.metric(name)], float) for name in names)
     elif drawable(rows, *names):
-        at, measured, of_rows = (rows[name] for name in names)
+        at, measured, of_markers, slender = (rows[name] for name in names)
     else:
         return None
+    sperm_number = record["sperm_number"]
+
+    def lies_on(name, points):
+        return np.allclose(np.interp(at, sperm_number, record[name]), points, atol=0.05)
+
+    drive = next((name for name in drives if lies_on(name, slender)), None)
+    if drive is None:
+        return None
     drawing, (axes,) = canvas()
-    handles = axes.plot(record[sperm_number], record[slender], ":", color="C1", label=f"slender body, {slender}")
+    handles = axes.plot(sperm_number, record[drive], ":", color="C1", label=f"slender body, {drive}")
     # The curve is that of the last row; where others are in another box, theory is a mark for each.
-    if np.allclose(np.interp(at, record[sperm_number], record[of_markers]), of_rows, atol=0.05):
-        handles += axes.plot(record[sperm_number], record[of_markers], "-", color="#222222", linewidth=1.2, label="chain of markers in this box")
+    if lies_on("markers", of_markers):
+        handles += axes.plot(sperm_number, record["markers"], "-", color="#222222", linewidth=1.2, label="chain of markers in this box")
     else:
-        handles += axes.plot(at, of_rows, "x", color="#222222", markersize=7, label="chain of markers in its box")
+        handles += axes.plot(at, of_markers, "x", color="#222222", markersize=7, label="chain of markers in its box")
     handles += axes.plot(at, measured, "o", color="C0", markerfacecolor="none", label="measured")
     axes.axhline(0, **MARK)
-    axes.set_xlabel(column_label(record.columns[sperm_number]))
+    axes.set_xlabel(column_label(record.columns["sperm_number"]))
     axes.set_ylabel("thrust over that of an endless filament Y [1]")
     legend_above(axes, handles)
     caption = "Thrust of a filament driven at one end, the more flexible it is: measured, and by two theories."
