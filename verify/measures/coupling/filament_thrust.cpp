@@ -174,7 +174,7 @@ void record_law(const Thrust& study, analytic::DrivenChain chain, observe::Recor
   }
 }
 
-Observations declared() {
+Observations filament_thrust_observations() {
   return {
       .records = {{"thrust_stroke",
                    "First harmonic of the driven filament, over the drive",
@@ -219,7 +219,7 @@ Observations declared() {
           {"period", {}, "T", "2 pi L^2/(Re nu), in whole steps"}}};
 }
 
-void run(const Thrust& study, Observations& seen, Progress& progress, engine::Cost& cost) {
+void run_filament_thrust(const Thrust& study, Observations& seen, Progress& progress, engine::Cost& cost) {
   double coupling_growth = 0.0;
   engine::check_coupling(study.fluid(), study.chain(), "the filament", study.node_mass, coupling_growth,
                          progress);
@@ -312,8 +312,8 @@ engine::Study read_filament_thrust(const io::Table& top) {
                        static_cast<double>(spec.grid.count()) * 4.0 * sizeof(double),
                        {parts::Kind::UniformForce}});
   return {.plan = std::move(plan),
-          .declares = declared(),
-          .run = std::bind_front(run, study),
+          .declares = filament_thrust_observations(),
+          .run = std::bind_front(run_filament_thrust, study),
           .expects = [study] {
             const std::int64_t steps = study.periods * study.period + 2 * study.settling_steps();
             return std::vector{*scene::expected_work(study.scene, steps)};
