@@ -285,16 +285,17 @@ def thrust_law(result, record):
         return None
     sperm_number = record["sperm_number"]
 
-    def lies_on(name, points):
-        return np.allclose(np.interp(at, sperm_number, record[name]), points, atol=0.05)
+    def distance(name, points):
+        return np.abs(np.interp(at, sperm_number, record[name]) - points).max()
 
-    drive = next((name for name in drives if lies_on(name, slender)), None)
-    if drive is None:
+    drive = min(drives, key=lambda name: distance(name, slender))
+    near = 0.05
+    if not distance(drive, slender) < near:  # rows with several drives
         return None
     drawing, (axes,) = canvas()
     handles = axes.plot(sperm_number, record[drive], ":", color="C1", label=f"slender body, {drive}")
     # The curve is that of the last row; where others are in another box, theory is a mark for each.
-    if lies_on("markers", of_markers):
+    if distance("markers", of_markers) < near:
         handles += axes.plot(sperm_number, record["markers"], "-", color="#222222", linewidth=1.2, label="chain of markers in this box")
     else:
         handles += axes.plot(at, of_markers, "x", color="#222222", markersize=7, label="chain of markers in its box")
