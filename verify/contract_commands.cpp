@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <memory>
@@ -256,7 +255,7 @@ int accept_command(const std::string& name, const std::string& reason, bool repl
   const std::optional<Reference> earlier = earlier_baseline(path, replace);
   const stop::Handlers handlers;
   const int threads = usable_threads(0);
-  omp_set_num_threads(threads);
+  make_team(threads);
   const engine::Result result = engine::run_case(c, threads);
   if (!is_admitted(result, path.stem().string())) {
     const bool is_error = result.verdict == Verdict::error;

@@ -30,6 +30,7 @@
 #include "revision.hpp"
 #include "show_command.hpp"
 #include "study_commands.hpp"
+#include "threads.hpp"
 #include "units_command.hpp"
 
 namespace exit_code = veriflex::exit_code;
@@ -128,8 +129,11 @@ bool has_ended = false;
 // check.
 void say_who_ended() {
   if (has_ended) return;
-  veriflex::complain(
-      "a library ended the program, see above. Give it more threads or memory, or fewer --threads");
+  if (veriflex::gives_up_team())
+    veriflex::complain("no memory for a team of threads. Give it more, or fewer --threads");
+  else
+    veriflex::complain(
+        "a library ended the program, see above. Give it more threads or memory, or fewer --threads");
   std::_Exit(exit_code::numerical);
 }
 

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <omp.h>
 
 #include <algorithm>
 #include <cstdio>
@@ -165,7 +164,7 @@ class Runs {
  public:
   explicit Runs(const Options& options) : options_(options), threads_(usable_threads(options.threads)) {
     options_.threads = threads_;
-    omp_set_num_threads(threads_);
+    make_team(threads_);
   }
 
   // What becomes of a case is stored in any case, before anything is said about it: while it runs, its place

@@ -1,8 +1,11 @@
 #include "threads.hpp"
 
+#include <fcntl.h>
 #include <omp.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -10,6 +13,7 @@
 #include <latch>
 #include <system_error>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "base/say.hpp"
@@ -62,6 +66,29 @@ int usable_threads(int asked) {
   const int used = (had + 1) / 2;  // the run needs some of what the others would take
   complain("{} threads instead of {}: the system gives no more. Results are the same", used, wanted);
   return used;
+}
+
+namespace {
+int standard_error = -1;  // where it leads, while a team is made and it leads nowhere
+}
+
+void make_team(int threads) {
+  standard_error = fcntl(STDERR_FILENO, F_DUPFD_CLOEXEC, 0);
+  const int nowhere = open("/dev/null", O_RDONLY | O_CLOEXEC);
+  if (standard_error >= 0) dup2(nowhere, STDERR_FILENO);
+  omp_set_num_threads(threads);
+  std::atomic<int> made = 0;
+#pragma omp parallel
+  ++made;
+  gives_up_team();
+  close(nowhere);
+}
+
+bool gives_up_team() {
+  if (standard_error < 0) return false;
+  dup2(standard_error, STDERR_FILENO);
+  close(std::exchange(standard_error, -1));
+  return true;
 }
 
 }  // namespace veriflex

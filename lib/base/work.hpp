@@ -19,19 +19,16 @@ struct Counts {
 };
 Counts done();
 
-/// What one thread has done. Only that thread writes, so that counting costs no more than an addition; the
-/// list of all tallies is theirs, so that nothing is allocated.
+/// What one thread has done. Only that thread writes, so that counting costs no more than an addition.
 struct Tally {
   std::atomic<std::uint64_t> node_updates{0}, bond_evaluations{0}, angle_evaluations{0},
       marker_interpolations{0}, bytes_moved{0};
-  Tally* previous = nullptr;
   Tally* next = nullptr;
-
-  Tally();
-  ~Tally();
-  Tally(const Tally&) = delete;
-  Tally& operator=(const Tally&) = delete;
 };
+
+/// A tally in the list of all, where it stays when its thread has ended: a thread that had to give it up at
+/// its end would need memory for that at its start, and glibc aborts without. Throws std::bad_alloc.
+Tally* new_tally();
 
 /// The counts by name, for whoever stores, reads or adds them up.
 struct Field {
@@ -52,8 +49,9 @@ inline constexpr std::array fields{
 };
 
 inline Tally& mine() {
-  thread_local Tally tally;
-  return tally;
+  thread_local Tally* tally = nullptr;
+  if (tally == nullptr) tally = new_tally();
+  return *tally;
 }
 
 inline void add(std::atomic<std::uint64_t>& to, std::uint64_t count) {

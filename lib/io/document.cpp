@@ -178,6 +178,16 @@ toml::node* added_table(toml::node& in, const std::string& key) {
   return &array->emplace_back(toml::table{});
 }
 
+// toml++ takes a number that it lacks the memory to read for none, as if the text were wrong: what is right
+// the second time was right.
+toml::table parsed_twice(const std::string& text, const std::string& file) {
+  try {
+    return toml::parse(text, file);
+  } catch (const toml::parse_error&) {
+    return toml::parse(text, file);
+  }
+}
+
 void apply_override(toml::table& document, const std::string& setting, const std::string& file,
                     const Synonyms& synonyms, Overridden& overridden) {
   const auto bad = [&](const std::string& problem, const std::string& why, const std::string& suggestion) {
@@ -193,7 +203,7 @@ void apply_override(toml::table& document, const std::string& setting, const std
 
   toml::table parsed;
   try {
-    if (!removes) parsed = toml::parse("value = " + value);
+    if (!removes) parsed = parsed_twice("value = " + value, "");
   } catch (const toml::parse_error&) {
     parsed = toml::table{{"value", value}};  // a bare word is text
   }
@@ -582,7 +592,7 @@ Table parse_document(const std::string& text, const std::string& file,
   refuse_deep_keys(text, file);
   auto document = std::make_shared<toml::table>();
   try {
-    *document = toml::parse(text, file);
+    *document = parsed_twice(text, file);
   } catch (const toml::parse_error& error) {
     throw InputError({file, error.source().begin.line, error.source().begin.column}, "not valid TOML",
                      std::string(error.description()), "Mend the line");

@@ -13,6 +13,7 @@
 #include <cstdint>
 #include <cstring>
 #include <fstream>
+#include <new>
 
 #include "base/error.hpp"
 
@@ -23,6 +24,7 @@ namespace fs = std::filesystem;
 namespace {
 
 [[noreturn]] void cannot_read(const fs::path& path) {
+  if (errno == ENOMEM) throw std::bad_alloc();  // a stream takes that for a file that cannot be read
   throw InputError({path.string()}, "cannot be read", std::strerror(errno),
                    "Look at the path and its permissions");
 }
