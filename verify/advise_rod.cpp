@@ -12,6 +12,7 @@
 #include "advisers.hpp"
 #include "base/error.hpp"
 #include "bond/harmonic.hpp"
+#include "engine/columns.hpp"
 #include "engine/only.hpp"
 #include "engine/rates.hpp"
 #include "engine/result.hpp"
@@ -77,7 +78,7 @@ studies::SweptRows one_round_only(const studies::SweptRows& all) {
   }
   if (rounds == nullptr) return all;
   for (std::size_t i = 0; i < all.error.size(); ++i) {
-    if (rounds->values[i] != 1.0) continue;
+    if (!rounds->texts.empty() || rounds->values[i] != 1.0) continue;
     std::size_t to = 0;
     for (const observe::Column& axis : all.axes) {
       if (&axis == rounds) continue;
@@ -122,12 +123,12 @@ std::optional<Filament> filament_for(double error, const fs::path& results) {
   const io::Table top =
       engine::parse_case(engine::only(file.texts("/case"), path.string(), "/case"), path.string());
   const observe::Record sweep = engine::read_record(file, "sweep");
-  const observe::Record front = engine::read_record(file, "sweep_front");
-  const std::vector<double>& errors = sweep.find(front.columns.at(front.columns.size() - 2).name)->values;
-  const std::vector<double>& periods = sweep.find("filament.periods")->values;
-  const std::vector<double>& boxes = sweep.find("fluid.nodes.2")->values;
-  const std::vector<std::string>& storages = sweep.find("fluid.storage")->texts;
-  const std::vector<double>& substeps = sweep.find("filament.substeps")->values;
+  const std::vector<double>& errors = engine::numbers_in(sweep, error_of_sweep(file), file);
+  const std::vector<double>& periods = engine::numbers_in(sweep, "filament.periods", file);
+  const std::vector<double>& boxes = engine::numbers_in(sweep, "fluid.nodes.2", file);
+  const std::vector<std::string>& storages = engine::words_in(sweep, "fluid.storage", file);
+  const std::vector<double>& substeps = engine::numbers_in(sweep, "filament.substeps", file);
+  if (periods.empty()) return std::nullopt;
   const double last = *std::max_element(periods.begin(), periods.end());
   std::map<std::tuple<double, double, double>, std::map<std::string, double>> by_storage;
   std::map<double, double> of_box;  // the smallest error with it
@@ -151,9 +152,10 @@ std::optional<Filament> filament_for(double error, const fs::path& results) {
                                  [](const studies::Axis& a) { return a.name() == "fluid.nodes.2"; });
   if (axis == axes.end()) return std::nullopt;
   const auto values = studies::values_at(*axis, fmt::format("{}", box->first));
+  if (!values || values->size() < 3) return std::nullopt;
   const io::Table solid = top.table("solid");
   const double length = static_cast<double>(solid.integer("sections", 2, 1'000'000) - 1);
-  return Filament{{std::stod(values->at(1)) / length, std::stod(values->at(2)) / length, box->first / length},
+  return Filament{{std::stod((*values)[1]) / length, std::stod((*values)[2]) / length, box->first / length},
                   box->second,
                   storage_error,
                   length / (2.0 * solid.number("radius"))};

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "base/error.hpp"
+#include "engine/columns.hpp"
 #include "engine/only.hpp"
 #include "engine/result.hpp"
 #include "engine/stored_result.hpp"
@@ -112,12 +113,25 @@ std::vector<studies::Axis> own_axes(const io::Table& top, const io::Hdf5File& fi
   return studies::read_axes(top.table("sweep"));
 }
 
+std::string error_of_sweep(const io::Hdf5File& file) {
+  const observe::Record front = engine::read_record(file, "sweep_front");
+  if (front.columns.size() >= 2) return front.columns[front.columns.size() - 2].name;
+  throw InputError({file.name()}, "no error in sweep_front", "the file is not as its schema says",
+                   "Run the sweep again");
+}
+
 studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path) {
   try {
-    const observe::Record front = engine::read_record(file, "sweep_front");
-    const std::string error = front.columns.at(front.columns.size() - 2).name;
-    return studies::swept_rows(engine::read_record(file, "sweep"), engine::read_record(file, "sweep_cost"),
-                               error);
+    const std::string error = error_of_sweep(file);
+    const observe::Record sweep = engine::read_record(file, "sweep"),
+                          cost = engine::read_record(file, "sweep_cost");
+    const std::size_t rows = engine::numbers_in(sweep, error, file).size();
+    for (const char* const spent : {"min_wall_seconds", "peak_memory_bytes"}) {
+      if (engine::numbers_in(cost, spent, file).size() == rows) continue;
+      throw InputError({file.name()}, "sweep and sweep_cost differ in length",
+                       "the file is not as its schema says", "Run the sweep again");
+    }
+    return studies::swept_rows(sweep, cost, error);
   } catch (const InputError&) {
     throw InputError({path}, "this is no sweep with an error", "advice needs to know what the rows' error is",
                      "Give the sweep error = \"<metric>\", or veriflex sweep --error, and run it again");

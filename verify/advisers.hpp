@@ -25,6 +25,9 @@ std::vector<Adviser> advisers_of(const io::Table& top, const std::filesystem::pa
 /// by a command.
 std::vector<studies::Axis> own_axes(const io::Table& top, const io::Hdf5File& file);
 
+/// The metric that is the error of the sweep that is stored in `file`. Throws InputError where it has none.
+std::string error_of_sweep(const io::Hdf5File& file);
+
 /// The rows of the sweep that is stored in `file`. Throws InputError, with the path, where it has no error.
 studies::SweptRows rows_of(const io::Hdf5File& file, const std::string& path);
 

@@ -3,6 +3,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
+#include "engine/columns.hpp"
 #include "engine/rates.hpp"
 #include "engine/result.hpp"
 #include "engine/stored_result.hpp"
@@ -103,11 +104,11 @@ std::map<std::string, double> moved_by_offers(const std::string& id, const Optio
       const io::Hdf5File file(path);
       if (file.attribute("/", "case_id") != id) continue;
       const observe::Record record = engine::read_record(file, "ablate");
-      const std::vector<std::string>& variant = record.find("variant")->texts;
-      const observe::Column* origin = record.find("origin");
-      const observe::Column* change = record.find("moved");
-      for (std::size_t i = 0; origin != nullptr && change != nullptr && i < variant.size(); ++i)
-        if (origin->texts[i] == "offered") moved[variant[i]] = change->values[i];
+      const std::vector<std::string>& variant = engine::words_in(record, "variant", file);
+      const std::vector<std::string>& origin = engine::words_in(record, "origin", file);
+      const std::vector<double>& change = engine::numbers_in(record, "moved", file);
+      for (std::size_t i = 0; i < variant.size(); ++i)
+        if (origin[i] == "offered") moved[variant[i]] = change[i];
     } catch (const InputError&) {  // a damaged result, or one of another form, says nothing
     }
   }

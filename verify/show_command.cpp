@@ -12,6 +12,7 @@
 
 #include "base/error.hpp"
 #include "base/say.hpp"
+#include "engine/columns.hpp"
 #include "engine/result.hpp"
 #include "io/hdf5.hpp"
 #include "observe/record.hpp"
@@ -162,7 +163,7 @@ Json rows_json(const Record& record) {
 }
 
 void show_all(const io::Hdf5File& file, bool json) {
-  const Record checks = engine::read_table(file, "/checks"), metrics = engine::read_table(file, "/metrics");
+  const Record checks = engine::read_table(file, "/checks");
   const std::vector<std::string> names = file.names("/records");
   if (json) {
     Json records = Json::array();
@@ -179,7 +180,7 @@ void show_all(const io::Hdf5File& file, bool json) {
                     {"verdict", file.attribute("/", "verdict")},
                     {"outcome", file.attribute("/", "outcome")},
                     {"checks", rows_json(checks)},
-                    {"metrics", rows_json(metrics)},
+                    {"metrics", rows_json(engine::read_table(file, "/metrics"))},
                     {"records", records}});
     return;
   }
@@ -191,21 +192,20 @@ void show_all(const io::Hdf5File& file, bool json) {
   if (rows_of(checks) > 0) say("checks\n");
   std::vector<std::vector<std::string>> lines{
       {"metric", "measured", "target", "margin", "verdict", "statement"}};
-  const auto of = [](const Record& in, const char* column, std::size_t row, const char* form) {
-    const Column* found = in.find(column);
-    return found->texts.empty() ? fmt::format(fmt::runtime(form), found->values[row]) : found->texts[row];
+  const auto word = [&](const char* column, std::size_t row) {
+    return engine::words_in(checks, column, file)[row];
+  };
+  const auto number = [&](const char* column, std::size_t row) {
+    return engine::numbers_in(checks, column, file)[row];
   };
   for (std::size_t row = 0; row < rows_of(checks); ++row) {
-    lines.push_back({of(checks, "metric", row, "{}"), of(checks, "measured", row, "{:.10g}"),
-                     of(checks, "target", row, "{:.10g}"), of(checks, "margin", row, "{:.2g}"),
-                     of(checks, "verdict", row, "{}"), of(checks, "statement", row, "{}")});
+    lines.push_back({word("metric", row), fmt::format("{:.10g}", number("measured", row)),
+                     fmt::format("{:.10g}", number("target", row)),
+                     fmt::format("{:.2g}", number("margin", row)), word("verdict", row),
+                     word("statement", row)});
   }
   if (lines.size() > 1) print_aligned(lines);
-  std::vector<observe::Metric> numbers;
-  for (std::size_t row = 0; row < rows_of(metrics); ++row) {
-    numbers.push_back({metrics.find("name")->texts[row], metrics.find("value")->values[row],
-                       metrics.find("dimension")->texts[row], metrics.find("meaning")->texts[row]});
-  }
+  const std::vector<observe::Metric> numbers = engine::read_metrics(file, "/metrics");
   if (!numbers.empty()) say("metrics\n");
   print_metrics(numbers, "  ");
   if (!names.empty()) say("records\n");

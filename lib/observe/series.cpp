@@ -335,11 +335,13 @@ Series strains(const scene::Scene& scene) {
     series.columns.push_back(
         {body.name + "_max", "", "1", "largest strain of a bond since the last row", {}});
   }
-  const auto extremes = std::make_shared<std::vector<double>>();  // empty: none since the last row
+  // Smallest and largest by turns, until a bond is seen since the last row.
+  std::vector<double> none;
+  for (std::size_t i = 0; i < series.columns.size(); i += 2) none.insert(none.end(), {INFINITY, -INFINITY});
+  const auto extremes = std::make_shared<std::vector<double>>(none);
   series.memory = extremes;
   series.every_step = [extremes](const Simulation& simulation) {
-    const bool first = extremes->empty();
-    std::size_t at = 0;
+    double* at = extremes->data();
     for_elastic(simulation, [&](const MovingBody& body) {
       const Positions& u = body.solid().displacement();
       const solid::Network& network = body.network();
@@ -352,18 +354,13 @@ Series strains(const scene::Scene& scene) {
         least = b == 0 ? strain : lesser(least, strain);
         greatest = b == 0 ? strain : worse(greatest, strain);
       }
-      if (first) {
-        extremes->insert(extremes->end(), {least, greatest});
-      } else {
-        (*extremes)[at] = lesser((*extremes)[at], least);
-        (*extremes)[at + 1] =
-            planted(Mutant::strain_of_last_step) ? greatest : worse((*extremes)[at + 1], greatest);
-      }
+      at[0] = lesser(at[0], least);
+      at[1] = planted(Mutant::strain_of_last_step) ? greatest : worse(at[1], greatest);
       at += 2;
     });
   };
-  series.row = [extremes](const Simulation&) {
-    std::vector<double> row;
+  series.row = [extremes, none](const Simulation&) {
+    std::vector<double> row = none;
     row.swap(*extremes);
     return row;
   };

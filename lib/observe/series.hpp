@@ -22,7 +22,8 @@ struct Series {
   std::function<void(const scene::Simulation&)> every_step{};
   /// Whether both look at bodies alone.
   bool at_bodies = false;
-  /// What it keeps from one call to the next: put back, a series goes on bit by bit; null: nothing.
+  /// What it keeps from one call to the next, always as many numbers from the start on: put back, a series
+  /// goes on bit by bit; null: nothing.
   std::shared_ptr<std::vector<double>> memory{};
 };
 

@@ -40,6 +40,25 @@ class Columns {
   std::optional<std::size_t> rows_;
 };
 
+/// The numbers of a column that a table of `file` is to have. Throws InputError, which names the file, where
+/// there is none, or one of words.
+inline const std::vector<double>& numbers_in(const observe::Record& table, const std::string& name,
+                                             const io::Hdf5File& file) {
+  const observe::Column* found = table.find(name);
+  if (found != nullptr && found->texts.empty()) return found->values;
+  throw InputError({file.name()}, fmt::format("there are no numbers '{}' in {}", name, table.name),
+                   "the file is not as its schema says", "Run the case again");
+}
+
+/// The words of such a column, likewise.
+inline const std::vector<std::string>& words_in(const observe::Record& table, const std::string& name,
+                                                const io::Hdf5File& file) {
+  const observe::Column* found = table.find(name);
+  if (found != nullptr && found->values.empty()) return found->texts;
+  throw InputError({file.name()}, fmt::format("there are no words '{}' in {}", name, table.name),
+                   "the file is not as its schema says", "Run the case again");
+}
+
 /// The metrics that such a group holds.
 inline std::vector<observe::Metric> read_metrics(const io::Hdf5File& file, const std::string& group) {
   Columns columns(file, group);

@@ -290,13 +290,7 @@ std::vector<observe::Record> records_of(const Base& base, const Row& row, const 
   for (observe::Record& record : records) {
     const observe::Record stored = engine::read_record(file, record.name);
     for (observe::Column& column : record.columns) {
-      const observe::Column* found = stored.find(column.name);
-      if (found == nullptr) {
-        throw InputError({file.name()},
-                         fmt::format("there is no '{}' in /records/{}", column.name, record.name),
-                         "the file is not as its schema says", "Run the study again with --fresh");
-      }
-      column.values = found->values;
+      column.values = engine::numbers_in(stored, column.name, file);
     }
   }
   return records;

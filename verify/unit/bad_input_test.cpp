@@ -627,6 +627,14 @@ TEST_CASE("Columns that differ in length and numbers that count nothing are refu
   };
   CHECK_THAT(refusal([&] { engine::read_record(file, "curve"); }),
              ContainsSubstring("made.h5: the columns of /records/curve differ in length"));
+  observe::Record table{"curve", "", {{"x", "", "1", "", {1.0}}, {"w", "", "1", "", {}, {"word"}}}};
+  CHECK(engine::numbers_in(table, "x", file).size() == 1);
+  CHECK(engine::words_in(table, "w", file).size() == 1);
+  CHECK_THAT(refusal([&] { engine::numbers_in(table, "w", file); }),
+             ContainsSubstring("made.h5: there are no numbers 'w' in curve"));
+  CHECK_THAT(refusal([&] { engine::words_in(table, "x", file); }),
+             ContainsSubstring("there are no words 'x' in curve"));
+  CHECK_THAT(refusal([&] { engine::words_in(table, "y", file); }), ContainsSubstring("no words 'y'"));
   CHECK(engine::count_of(0.0, file, "/n") == 0);
   CHECK(engine::count_of(0x1p53, file, "/n") == std::uint64_t{1} << 53);
   for (const double number : {-1.0, 0.5, 0x1p54, std::nan("")}) {

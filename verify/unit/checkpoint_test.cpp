@@ -308,7 +308,7 @@ TEST_CASE("Numbers for which a scene has no place are refused by name") {
     std::size_t displacement, velocity, linearised_at, stiffest, substep;
     std::int64_t steps = 0, substeps = 1;
   };
-  const auto of = [&](const Left& left) {
+  const auto of = [&](const Left& left, const std::vector<double>& warned = {}) {
     const std::string body = "/simulation/body_0/";
     io::Hdf5Image image;
     image.group("/simulation");
@@ -322,6 +322,17 @@ TEST_CASE("Numbers for which a scene has no place are refused by name") {
           std::pair{"linearised_at", left.linearised_at}, std::pair{"stiffest", left.stiffest},
           std::pair{"substep", left.substep}}) {
       image.numbers(body + name, std::vector<double>(count));
+    }
+    if (!warned.empty()) {
+      image.group("/run/good");
+      image.attribute("/run", "checked", left.steps);
+      for (const char* column : {"name", "dimension", "meaning"}) {
+        image.texts(std::string("/run/good/") + column, {});
+      }
+      image.numbers("/run/good/value", {});
+      image.numbers("/run/good_nodes/0", std::vector<double>(numbers));
+      image.numbers("/run/load_work", {});
+      image.numbers("/run/warned", warned);
     }
     return refused(text, image);
   };
@@ -339,6 +350,17 @@ TEST_CASE("Numbers for which a scene has no place are refused by name") {
   CHECK_THAT(of({numbers, numbers, 0, 1, 1, -1}), ContainsSubstring("'steps' of /simulation is -1"));
   CHECK_THAT(of({numbers, numbers, 0, 1, 1, 0, 0}),
              ContainsSubstring("'substeps' of /simulation/body_0 is 0"));
+  CHECK_THAT(of({numbers, numbers, 0, 1, 1}, {0.0}), ContainsSubstring("1 values in /run/warned"));
+  CHECK_THAT(of({numbers, numbers, 0, 1, 1}, {0.0, 1.0}), ContainsSubstring("/warnings"));  // not there
+
+  // What a series keeps: of one that keeps more, in the place of one with fewer columns.
+  const auto observed = [&](const std::string& what) {
+    return text + "[[observe]]\nwhat = \"" + what + "\"\nevery = 10\n";
+  };
+  io::Hdf5Image turned;
+  Live(observed("rigid motion")).running().put_in(turned);
+  CHECK(refused(observed("rigid motion"), turned) == "none");
+  CHECK_THAT(refused(observed("strain"), turned), ContainsSubstring("3 values in /memories/0, not 2"));
 }
 
 TEST_CASE("A checkpoint that cannot be written does not end the run") {

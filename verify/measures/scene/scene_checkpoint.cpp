@@ -150,7 +150,8 @@ observe::Run::State run_of(const io::Hdf5File& file, const scene::Simulation& si
                                          static_cast<std::size_t>(simulation.body(i).positions().rows())));
   }
   const std::vector<double> warned = file.numbers("/run/warned");
-  for (std::size_t i = 0; i + 1 < warned.size(); i += 2) {
+  require(warned.size() % 2 == 0, file, fmt::format("{} values in /run/warned, not pairs", warned.size()));
+  for (std::size_t i = 0; i < warned.size(); i += 2) {
     state.warned.push_back({engine::count_of(warned[i], file, "/run/warned"),
                             engine::count_of(warned[i + 1], file, "/run/warned")});
   }
@@ -187,7 +188,7 @@ void Running::take_from(const io::Hdf5File& file) {
               fmt::format("{} values in {}, not {}", values.size(), column_path(r, c), rows));
       records[r].columns[c].values = std::move(values);
     }
-    if (memories[r]) *memories[r] = file.numbers(fmt::format("/memories/{}", r));
+    if (memories[r]) *memories[r] = numbers(file, fmt::format("/memories/{}", r), memories[r]->size());
   }
   // Those of the start have been said again.
   const std::vector<std::string> warnings = file.texts("/warnings");
