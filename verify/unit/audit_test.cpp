@@ -101,6 +101,7 @@ TEST_CASE("audit lists the margins of a folder beside those of another") {
   const Json json = Json::parse(ran.out);
   REQUIRE(json["checks"].size() == 1);
   CHECK(json["checks"][0]["spread"] == 0.0);
+  CHECK(json["without_reason"].empty());
   CHECK(json["without_question"].empty());
   CHECK(json["unused_references"].empty());
   CHECK_THAT(folder.run({"audit", "one"}).out, ContainsSubstring("young_modulus"));
