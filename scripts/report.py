@@ -99,8 +99,12 @@ def verdict_table(results_read, unreadable, counts_of_paper, skipped):
         f"{len(body) - len(changed)} cases: {counts['pass']} pass, {counts['fail']} fail, {errors} error"
         + (f" ({len(unreadable)} unreadable)" if unreadable else "")
         + (f", {counts['measured']} measured without a check" if counts["measured"] else "")
+        + (f", {counts['skipped']} skipped" if counts["skipped"] else "")
         + (f"; not counted: {len(changed)} changed by --set" if changed else "")
     )
+    lacking = [result for result in text.as_they_stand(results_read) if result.verdict == "skipped"]
+    for why in dict.fromkeys(result.error_message for result in lacking):
+        lines.append(f"skipped: {', '.join(result.id for result in lacking if result.error_message == why)}: {why}")
     if skipped:
         lines.append(f"not run: {skipped} (veriflex verify --tier full)")
     if counts_of_paper:

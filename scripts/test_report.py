@@ -440,6 +440,24 @@ class Variants(unittest.TestCase):
             self.assertIn("All cases pass", page)
 
 
+class Skipped(unittest.TestCase):
+    def test_skipped_case_says_why_and_is_neither_passed_nor_broken(self):
+        why = "this program was built without SUNDIALS. Install it"
+        with tempfile.TemporaryDirectory() as scratch:
+            folder = Path(scratch)
+            write_result(folder, "one", "pass", [CHECK])
+            for name in ("absent", "away"):
+                write_result(folder, name, "skipped", error_kind="lacking", error_message=why)
+            ran = run(folder)
+            self.assertEqual(ran.returncode, 0, ran.stderr)
+            self.assertIn("3 cases: 1 pass, 0 fail, 0 error, 2 skipped", ran.stdout)
+            self.assertIn(f"skipped: absent, away: {why}", ran.stdout)
+            page = (folder / "report.html").read_text(encoding="utf-8")
+            self.assertIn("All others pass", page)
+            self.assertEqual(page.count('<span class="verdict skipped">skipped</span>'), 3)
+            self.assertRegex(page, rf'<p class="soft">Skipped: .*absent.*away.*: {why}')
+
+
 class LeftOut(unittest.TestCase):
     def test_parts_that_change_nothing_and_parts_that_are_needed_are_told_apart(self):
         table = dict(

@@ -63,6 +63,7 @@ void plan_command(const Options& options) {
     Json left_out = Json::array();
     double memory = 0.0;
     if (!options.json) say("{}: {}\n", c.id, c.title);
+    if (!options.json && !c.study.lacks.empty()) say("  skipped   {}\n", c.study.lacks);
     for (const scene::Built& b : c.study.plan.built) {
       built.push_back({{"module", b.module}, {"what", b.what}, {"memory_bytes", b.memory_bytes}});
       memory += b.memory_bytes;
@@ -106,6 +107,7 @@ void plan_command(const Options& options) {
       measures.push_back({{"name", m.name}, {"dimension", m.dimension}, {"meaning", m.meaning}});
     if (!options.json) print_names(measured, "  measures  ");
     all.push_back({{"id", c.id},
+                   {"lacks", c.study.lacks},
                    {"built", built},
                    {"left_out", left_out},
                    {"offered", offered},
@@ -136,7 +138,8 @@ int verify_command(const Options& options) {
   const std::vector<std::string> names = chosen_cases(options);
   const std::vector<std::optional<double>> expected = expected_seconds(names, options);
   if (!options.json) announce(expected, options);
-  const int code = run_cases(names, options, false, expected);
+  const int ran = run_cases(names, options, false, expected);
+  const int code = exit_code::is_well(ran) ? exit_code::success : ran;  // the report says what was skipped
   if (options.json) return code;  // standard output is the JSON document
   if (stop::asked()) {
     complain("{}: no report is drawn", stop::reason());

@@ -228,7 +228,7 @@ bool is_admitted(const engine::Result& result, const std::string& baseline) {
     const bool by_baseline = reference && result.c.references[*reference].id == baseline;
     if (result.outcomes[i].verdict == Verdict::fail && !by_baseline) return false;
   }
-  return result.verdict != Verdict::error;
+  return result.has_answer();
 }
 
 // The baseline at `path`, if there is one. With `replace` one that cannot be read counts as none.
@@ -258,12 +258,12 @@ int accept_command(const std::string& name, const std::string& reason, bool repl
   make_team(threads);
   const engine::Result result = engine::run_case(c, threads);
   if (!is_admitted(result, path.stem().string())) {
-    const bool is_error = result.verdict == Verdict::error;
+    const bool has_none = !result.has_answer();
     complain("{}: not accepted, its verdict is {} ({}). See veriflex run {}, and mend it first",
              c.path.string(), to_string(result.verdict),
-             is_error ? result.error_message : "a baseline must be a result that its checks admit",
+             has_none ? result.error_message : "a baseline must be a result that its checks admit",
              shell_word(c.path.string()));
-    return is_error ? exit_code::of_error(result.error_kind) : exit_code::check_failed;
+    return has_none ? exit_code::of_error(result.error_kind) : exit_code::check_failed;
   }
   Json told{
       {"baseline", path.string()}, {"changes", nullptr}, {"columns", Json::array()}, {"written", false}};

@@ -50,10 +50,14 @@ std::string judged(const std::string& verdict, const std::string& metric, bool o
                      numbers.tolerance, numbers.margin, statement);
 }
 
+bool was_skipped(const JunitCase& c) { return c.error_kind == "lacking"; }
+
 std::string testcase(const JunitCase& c) {
   std::string text = fmt::format("  <testcase classname=\"{}\" name=\"{}\" time=\"{:.3f}\">", xml(c.driver),
                                  xml(c.name), c.seconds);
-  if (!c.error_kind.empty()) {
+  if (was_skipped(c)) {
+    text += fmt::format("\n    <skipped message=\"{}\"/>", xml(c.error));
+  } else if (!c.error_kind.empty()) {
     text += fmt::format("\n    <error type=\"{}\" message=\"{}\">{}</error>", xml(c.error_kind),
                         xml(first_line(c.error)), xml(c.error));
   } else if (!c.failed.empty()) {
@@ -69,7 +73,7 @@ std::string testcase(const JunitCase& c) {
 JunitCase junit_case(const engine::Result& r) {
   JunitCase made{
       r.c.name(), r.c.driver.empty() ? "unreadable" : r.c.driver, r.cost.wall_seconds(), {}, {}, {}, {}};
-  if (r.verdict == engine::Verdict::error) {
+  if (!r.has_answer()) {
     made.error_kind = r.error_kind;
     made.error = r.error_message;
   }
@@ -102,15 +106,17 @@ JunitCase junit_case(const engine::StoredResult& r) {
 void write_junit(const std::filesystem::path& file, const std::vector<JunitCase>& cases) {
   const auto failures =
       std::count_if(cases.begin(), cases.end(), [](const JunitCase& c) { return !c.failed.empty(); });
-  const auto errors =
-      std::count_if(cases.begin(), cases.end(), [](const JunitCase& c) { return !c.error_kind.empty(); });
+  const auto skipped = std::count_if(cases.begin(), cases.end(), was_skipped);
+  const auto errors = std::count_if(cases.begin(), cases.end(), [](const JunitCase& c) {
+    return !c.error_kind.empty() && !was_skipped(c);
+  });
   double seconds = 0.0;
   for (const JunitCase& c : cases) seconds += c.seconds;
   std::string text = fmt::format(
       "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n"
-      "<testsuite name=\"veriflex\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"0\" "
+      "<testsuite name=\"veriflex\" tests=\"{}\" failures=\"{}\" errors=\"{}\" skipped=\"{}\" "
       "time=\"{:.3f}\">\n",
-      cases.size(), failures, errors, seconds);
+      cases.size(), failures, errors, skipped, seconds);
   for (const JunitCase& c : cases) text += testcase(c);
   io::write_file(file, text + "</testsuite>\n");
 }

@@ -15,7 +15,7 @@ struct JunitCase {
   std::string name, driver;
   double seconds;
   std::string failed;      // the checks that did, a line each
-  std::string error_kind;  // empty unless the case ended in an error
+  std::string error_kind;  // empty unless the case has no answer
   std::string error;
   std::string notes;  // findings, and that nothing was judged
 };

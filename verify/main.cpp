@@ -81,7 +81,8 @@ int run(int argc, char** argv) {
   app.require_subcommand(1);
   app.footer(
       "Exit codes: 0 all checks passed, 1 a check failed, 2 bad input, 3 a run left its validity or was "
-      "interrupted, 4 output failed.\n"
+      "interrupted, 4 output failed, 5 (of run) a case was skipped: this program was built without what it "
+      "needs.\n"
       "Example: veriflex verify --tier quick");
   int code = exit_code::success;
   veriflex::add_case_commands(app, code);

@@ -73,7 +73,7 @@ Json json_of(const engine::StoredResult& r) {
 void write_results_json(const std::filesystem::path& folder, const std::filesystem::path& beside) {
   Json results = Json::array();
   Json unreadable = Json::array();
-  Json counts{{"pass", 0}, {"fail", 0}, {"error", 0}, {"measured", 0}};
+  Json counts{{"pass", 0}, {"fail", 0}, {"error", 0}, {"measured", 0}, {"skipped", 0}};
   for (const std::filesystem::path& file : engine::result_files(folder)) {
     try {
       const engine::StoredResult result = engine::read_result(file);

@@ -73,7 +73,7 @@ Json result_json(const Result& r, const std::string& stored) {
             {"findings", r.findings()},   {"wall_seconds", r.cost.wall_seconds()},
             {"checks", checks},           {"metrics", metrics},
             {"warnings", r.warnings},     {"result", stored.empty() ? Json(nullptr) : Json(stored)}};
-  if (r.verdict == Verdict::error) json["error"] = {{"kind", r.error_kind}, {"message", r.error_message}};
+  if (!r.has_answer()) json["error"] = {{"kind", r.error_kind}, {"message", r.error_message}};
   return json;
 }
 
@@ -120,13 +120,13 @@ void print_result(const Result& r, const std::string& stored, bool with_table) {
       say("        finding: {} (measured {:.10g}, {})\n", check.statement, o.measured, wanted(o));
     }
   }
-  if (r.verdict == Verdict::error) say("        {}\n", r.error_message);
+  if (!r.has_answer()) say("        {}\n", r.error_message);
   if (with_table && !stored.empty()) say("        result {}\n", stored);
 }
 
 int exit_code_of(const Result& r) {
   if (r.verdict == Verdict::fail) return exit_code::check_failed;
-  return r.verdict == Verdict::error ? exit_code::of_error(r.error_kind) : exit_code::success;
+  return r.has_answer() ? exit_code::success : exit_code::of_error(r.error_kind);
 }
 
 // One case of a command.
@@ -340,7 +340,7 @@ int run_cases(const std::vector<std::string>& names, const Options& options, boo
     std::fflush(stdout);
   };
   std::vector<std::size_t> here;  // to be run by this program, one after another
-  const auto is_over = [&] { return options.fail_fast && code != exit_code::success; };
+  const auto is_over = [&] { return options.fail_fast && !exit_code::is_well(code); };
   if (side_by_side > 1) {
     Options shared = options;
     shared.threads = usable_threads(options.threads);

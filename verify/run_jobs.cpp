@@ -93,7 +93,7 @@ class Jobs {
   }
 
  private:
-  bool may_start() const { return !stop::asked() && !(options_.fail_fast && code_ != exit_code::success); }
+  bool may_start() const { return !stop::asked() && !(options_.fail_fast && !exit_code::is_well(code_)); }
 
   // Until a case ends, or until it is time to look whether all are to stop.
   void wait_for_one() {

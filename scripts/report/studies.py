@@ -333,6 +333,70 @@ def error_against_time(results, whole=False):
     return Figure(caption, inline_svg(drawing, caption, hints))
 
 
+def methods(results):
+    """Families that ask the same of other methods: those whose id goes on where another's ends. A list of such lists."""
+    found = families(results)
+    groups = []
+    for first, record in found:
+        error = list(record.columns)[-2]
+        others = [(result, front) for result, front in found if result.id.startswith(first.id + "-") and list(front.columns)[-2] == error]
+        if others and record.name == "sweep_cost_front":
+            groups.append([(first, record), *others])
+    return groups
+
+
+def not_beaten(prices, errors):
+    """The rows that no other beats in both, by price."""
+    best, least = [], np.inf
+    for row in np.lexsort((errors, prices)):
+        if errors[row] > ROUNDING and errors[row] < least and np.isfinite(prices[row]):
+            best.append(row)
+            least = errors[row]
+    return best
+
+
+def method_lines(result, front_record):
+    """Of a sweep of several axes a line for each value of the first, else one: label, rows, errors, prices in work and in seconds."""
+    table = result.records["sweep"]
+    axes = axes_of(front_record, list(front_record.columns)[-2])
+    work = list(result.records["sweep_front"].columns)[-1]
+    errors = np.abs(table[list(front_record.columns)[-2]])
+    first = table[axes[0]] if len(axes) > 1 else np.full(len(table), "")
+    for value in dict.fromkeys(first.tolist()):
+        label = value if isinstance(value, str) else f"{short(axes[0])} {value:g}"
+        yield f"{result.id}{', ' if label else ''}{label}", np.flatnonzero(first == value), errors, (table[work], result.records["sweep_cost"]["wall_seconds"])
+
+
+def of_methods(group):
+    """What accuracy costs by several methods, in work and in run time: of each the settings that it itself does not beat."""
+    drawing, panels = canvas(2, height=7.2)
+    handles, hints = [], []
+    shared = group[0][0].id
+    lines_of_all = [(result, *line) for result, record in group for line in method_lines(result, record)]
+    for number, ((result, label, rows, errors, prices), marker) in enumerate(zip(lines_of_all, markers())):
+        table, axes = result.records["sweep"], axes_of(result.records["sweep_front"], list(result.records["sweep_front"].columns)[-2])
+        for panel, price in zip(panels, prices):
+            best = rows[not_beaten(price[rows], errors[rows])]
+            if not len(best):
+                continue
+            name = label.removeprefix(shared).strip(", -") or shared
+            handle = panel.plot(price[best], errors[best], marker + "-", color=f"C{number % MANY_LINES}", label=name)
+            if panel is panels[0]:
+                handles += handle
+            price_name = list(result.records["sweep_front"].columns)[-1] if panel is panels[0] else "wall_seconds"
+            hints += [(panel, price[row], errors[row], told(f"{result.id}, {setting(table, row, axes)}", errors[row], price[row], price_name)) for row in best]
+    for panel in panels:
+        panel.set_xscale("log")
+        panel.set_yscale("log")
+        panel.margins(x=0.06, y=0.08)
+        panel.set_ylabel(column_label(list(group[0][1].columns.values())[-2]))
+    panels[0].set_xlabel(price_label(list(group[0][0].records["sweep_front"].columns.values())[-1]))
+    panels[1].set_xlabel("run time [s]")
+    legend_above(panels[0], handles)
+    caption = f"{group[0][0].title}, and by other methods. Of each the settings that none of its own beats in both; times are medians of repeats."
+    return Figure(caption, inline_svg(drawing, caption, hints))
+
+
 def answers(results, wanted=(1e-2, 1e-3, 1e-4)):
     """Rows (result, error asked, setting, error, seconds, next step) of the cheapest settings of all families."""
     rows = []

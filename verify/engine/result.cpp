@@ -94,7 +94,7 @@ void write_head(io::Hdf5Image& file, const Result& r) {
     warnings.back() = fmt::format("and {} more", r.warnings.size() - io::longest_list + 1);
   }
   file.attribute("/", "warnings", warnings);
-  if (r.verdict == Verdict::error) {
+  if (!r.has_answer()) {
     file.attribute("/", "error_kind", r.error_kind);
     file.attribute("/", "error_message", r.error_message);
   }
@@ -350,14 +350,15 @@ Failure current_failure() {
 }
 
 std::string Result::outcome() const {
-  if (verdict != Verdict::error) return "completed";
+  if (has_answer()) return "completed";
+  if (verdict == Verdict::skipped) return "skipped";
   if (error_kind == "input") return "refused";
   return error_kind == "numerical" ? error_mode : error_kind;
 }
 
 void Result::fail(const Failure& failure) {
   outcomes.clear();
-  verdict = Verdict::error;
+  verdict = failure.kind == "lacking" ? Verdict::skipped : Verdict::error;
   error_kind = failure.kind;
   error_message = failure.message;
   error_mode = failure.mode;
@@ -395,6 +396,11 @@ Result run_case(const Case& c, int threads, int repeats, Checkpoints* checkpoint
                 .error_mode = {},
                 .warnings = {},
                 .cost = {}};
+  if (!c.study.lacks.empty()) {
+    result.seen = {};
+    result.fail({"lacking", c.study.lacks});
+    return result;
+  }
   Progress progress(c.id);
   stop::forget();
   const work::Counts before = work::done();
@@ -436,7 +442,7 @@ Result run_case(const Case& c, int threads, int repeats, Checkpoints* checkpoint
   result.parts = parts::made();
   result.peak = parts::peak();
   try {
-    while (result.verdict != Verdict::error && repeats-- > 0) result.repeats.push_back(time_of_a_run(c));
+    while (result.has_answer() && repeats-- > 0) result.repeats.push_back(time_of_a_run(c));
   } catch (...) {
     result.fail(current_failure());
   }

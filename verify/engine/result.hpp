@@ -26,7 +26,8 @@ const std::string& program();
 /// Of this program, here and now.
 Provenance provenance(int threads);
 
-/// Why a case has no answer. Kinds: input, numerical, memory, output, interrupted, internal.
+/// Why a case has no answer. Kinds: input, numerical, memory, output, interrupted, internal; and of one that
+/// was skipped, lacking.
 struct Failure {
   std::string kind, message;
   std::string mode{};  // of a numerical one: which validity was left
@@ -50,17 +51,18 @@ struct Result {
   std::vector<Phase> repeats{};  // time of each further run, made for its time alone
 
   /// How the run ended: completed; or refused (by a reader), one of to_string(FailureMode), memory, output,
-  /// interrupted, internal.
+  /// interrupted, internal, skipped.
   std::string outcome() const;
-  void fail(const Failure& failure);  // verdict error, without outcomes
+  void fail(const Failure& failure);  // verdict error, or skipped, without outcomes
+  bool has_answer() const { return verdict != Verdict::error && verdict != Verdict::skipped; }
   int findings() const;
   double worst_margin() const;  // over the checks that passed or failed
 };
 
 /// Runs the study and judges it. Any exception becomes the verdict `error`, and what was seen until then
-/// stays in the result, unjudged. A run that came to its end is made `repeats` times more for its time: what
-/// the clock resolves badly as often as it takes, and the mean counts. With `checkpoints` the run leaves some
-/// behind, and goes on from one if they say so.
+/// stays in the result, unjudged; what this program lacks, the verdict `skipped`. A run that came to its end
+/// is made `repeats` times more for its time: what the clock resolves badly as often as it takes, and the
+/// mean counts. With `checkpoints` the run leaves some behind, and goes on from one if they say so.
 Result run_case(const Case& c, int threads, int repeats = 0, Checkpoints* checkpoints = nullptr);
 
 /// The result of a case that was not run: verdict `error`.

@@ -100,7 +100,7 @@ StoredResult read_result(const fs::path& path) {
                                      {"outcome", &StoredResult::outcome}}) {
     r.*member = file.attribute("/", name);
   }
-  if (r.verdict == "error") {
+  if (r.verdict == "error" || r.verdict == "skipped") {
     r.error_kind = file.attribute("/", "error_kind");
     r.error_message = file.attribute("/", "error_message");
   }

@@ -34,7 +34,7 @@ struct StoredPart {
 struct StoredResult {
   std::filesystem::path file;
   std::string id, case_id, variant, title, equation, driver, tier, verdict, outcome;
-  std::string error_kind, error_message;  // empty unless the verdict is `error`
+  std::string error_kind, error_message;  // empty unless the verdict is `error` or `skipped`
   std::int64_t findings;
   std::vector<std::string> topics, overrides, warnings;
   std::string case_text;

@@ -46,6 +46,8 @@ struct Study {
   std::function<std::vector<scene::Offer>()> offers{};
   /// Set where the numbers are not this program's.
   std::optional<OtherCode> other_code{};
+  /// What this program was built without and a run needs, and what to do about that; empty: nothing.
+  std::string lacks{};
 };
 
 /// Everything a check may ask for: metrics, and `record.column` for curves. Dimension and meaning are empty

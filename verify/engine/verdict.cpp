@@ -102,6 +102,8 @@ std::string to_string(Verdict verdict) {
       return "finding";
     case Verdict::measured:
       return "measured";
+    case Verdict::skipped:
+      return "skipped";
     case Verdict::error:
       break;
   }

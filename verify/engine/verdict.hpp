@@ -14,6 +14,7 @@ enum class Verdict {
   finding,   // of a check: a published claim is refuted, by as much as was recorded
   error,     // of a case: it could not answer
   measured,  // of a case without checks: there was nothing to judge
+  skipped,   // of a case: this program was built without what it needs (Study::lacks)
 };
 std::string to_string(Verdict verdict);
 

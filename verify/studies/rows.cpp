@@ -45,7 +45,8 @@ fs::path result_of(const Base& base, const Settings& row, const fs::path& folder
 
 // What does not depend on the case may come out otherwise next time.
 bool is_final(const std::string& outcome) {
-  return outcome != "interrupted" && outcome != "memory" && outcome != "output" && outcome != "internal";
+  return outcome != "interrupted" && outcome != "memory" && outcome != "output" && outcome != "internal" &&
+         outcome != "skipped";
 }
 
 // The row as one program ran it, which is the whole row or a round of it; nothing when the result file is of

@@ -173,6 +173,54 @@ TEST_CASE("A step beyond the linear limit is an unstable step, not a period") {
                  "period_error") < 2e-2);
 }
 
+TEST_CASE(
+    "Leap-frog under a held drag is late by half a step and by half a sub-step under one that follows") {
+  // x'' + g x'(t - delay) + omega^2 x = 0: the delay takes g delay off the mass.
+  const auto error = [](const std::string& drag_at, const std::string& more) {
+    return measured(measures::read_oscillation,
+                    harmonic +
+                        "[solid]\nshape = \"pair\"\n[oscillation]\nstrain = 0.01\nperiods = 3\ndrag = "
+                        "0.02\ntime_step = 0.04\nsubsteps = 4\ndrag_at = \"" +
+                        drag_at + "\"" + more,
+                    "period_error");
+  };
+  const double g = 0.02, step = 0.04, substep = 0.01;
+  const double swing = 2.0 * 0.26 * substep * substep / 24.0;  // of leap-frog
+  CHECK(error("step", "") == Approx(0.25 * g * step + swing).epsilon(0.01));
+  CHECK(error("sub-step", "") == Approx(0.25 * g * substep + swing).epsilon(0.01));
+  CHECK(error("middle", "") == Approx(swing).epsilon(0.01));
+}
+
+TEST_CASE("The exact motion under drag is what an embedded Runge-Kutta method finds") {
+  const std::string study = harmonic + chain +
+                            "[oscillation]\nstrain = 1e-3\nperiods = 3\ndrag = 0.1\nintegrator = "
+                            "\"runge-kutta\"\ntolerance = 1e-13\n";
+  const observe::Observations seen = seen_by(measures::read_oscillation, study);
+  CHECK(seen.metric("motion_error")->value < 1e-10);
+  CHECK(std::abs(seen.metric("amplitude_drift")->value) < 1e-10);
+  CHECK(seen.metric("period_error")->value < 1e-11);
+  // The period is longer by the drag: omega = 2 sqrt(k) sin(pi/18).
+  const double omega = 2.0 * std::sqrt(0.26) * std::sin(std::numbers::pi / 18.0);
+  CHECK(seen.metric("exact_period")->value ==
+        Approx(2.0 * std::numbers::pi / std::sqrt(omega * omega - 0.0025)).epsilon(1e-12));
+}
+
+TEST_CASE("A drag that the driver cannot answer for is refused") {
+  const std::string study =
+      harmonic + "[solid]\nshape = \"pair\"\n[oscillation]\nstrain = 0.1\nperiods = 3\n";
+  const std::string steps = "steps_per_period = 100\n";
+  refuses(measures::read_oscillation, study + steps + "drag = -0.1", "'drag' is -0.1");
+  refuses(measures::read_oscillation, study + steps + "drag = 2.0", "nothing swings any more");
+  refuses(measures::read_oscillation,
+          pair_of("[bond]\nlaw = \"fene-lj\"\nepsilon = 1.0\nsigma = 1.0\n", 0.1) + "\ndrag = 0.1",
+          "only a linear motion has an exact period");
+  refuses(measures::read_oscillation,
+          study + "tolerance = 1e-8\nintegrator = \"runge-kutta\"\ndrag = 0.1\ndrag_at = \"step\"",
+          "only leap-frog has the choice");
+  refuses(measures::read_oscillation, study + steps + "order = 4", "only multirate has a choice of orders");
+  refuses(measures::read_oscillation, study + steps + "integrator = \"multirate\"\norder = 5", "order");
+}
+
 TEST_CASE("A pair that does not come back has no period") {
   refuses(measures::read_oscillation, pair_of(harmonic, 1.0),
           "a pair let go at a strain of 1 does not come back");

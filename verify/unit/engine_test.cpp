@@ -9,6 +9,7 @@
 #include "engine/baseline.hpp"
 #include "engine/ledger.hpp"
 #include "engine/result.hpp"
+#include "engine/stored_result.hpp"
 #include "engine/validate.hpp"
 #include "exit_code.hpp"
 #include "io/csv.hpp"
@@ -242,6 +243,64 @@ TEST_CASE("What a run declares and what it measures are the same, else the progr
     seen.metrics.push_back({"width", 1.0, "L", ""});
   });
   CHECK_THAT(more.error_message, ContainsSubstring("'width' was measured and is not declared"));
+}
+
+TEST_CASE("A case that needs what the program lacks is skipped and never passes") {
+  Case c{};
+  c.id = "made-up";
+  c.study.declares.metrics = {{"length", {}, "L", ""}};
+  c.study.lacks = "this program was built without wings. Grow some";
+  bool was_run = false;
+  c.study.run = [&](observe::Observations& seen, Progress&, Cost&) {
+    was_run = true;
+    seen.set("length", 1.0);
+  };
+  c.checks.push_back(check_of(1.0, 0.5));
+  const Result result = run_case(c, 1, 3);
+  CHECK(!was_run);
+  CHECK(result.verdict == Verdict::skipped);
+  CHECK(result.outcome() == "skipped");
+  CHECK(result.outcomes.empty());
+  CHECK(result.seen.metrics.empty());
+  const Folder folder;
+  write_result(result, folder.path());
+  const StoredResult stored = read_result(folder.path() / "made-up.h5");
+  CHECK(stored.verdict == "skipped");
+  CHECK(stored.outcome == "skipped");
+  CHECK(stored.error_kind == "lacking");
+  CHECK(stored.error_message == c.study.lacks);
+  CHECK(exit_code::of_error(stored.error_kind) == exit_code::skipped);
+  CHECK(exit_code::first_of(exit_code::skipped, exit_code::success) == exit_code::skipped);
+  CHECK(exit_code::first_of(exit_code::skipped, exit_code::check_failed) == exit_code::check_failed);
+}
+
+TEST_CASE("The multirate case passes where SUNDIALS is built in and is skipped with the remedy elsewhere") {
+  const Case c = shipped("oscillation-multirate");
+  const Folder folder;
+  const std::string id = "oscillation-multirate";
+  const Ran ran = folder.run({"run", id, "--out", "out", "--junit", "junit.xml"});
+  const std::string xml = unit::contents(folder.path() / "junit.xml");
+  if (c.study.lacks.empty()) {
+    CHECK(ran.code == exit_code::success);
+    CHECK_THAT(ran.out, StartsWith("pass"));
+    CHECK_THAT(xml, ContainsSubstring("skipped=\"0\""));
+    return;
+  }
+  CHECK_THAT(c.study.lacks, ContainsSubstring("apt-get install libsundials-dev"));
+  CHECK(ran.code == exit_code::skipped);
+  CHECK_THAT(ran.out, StartsWith("skipped"));
+  CHECK_THAT(ran.out, ContainsSubstring(c.study.lacks));
+  CHECK(ran.err.empty());
+  CHECK_THAT(xml, ContainsSubstring("errors=\"0\" skipped=\"1\""));
+  CHECK_THAT(folder.run({"plan", id}).out, ContainsSubstring(c.study.lacks));
+  const Ran verified = folder.run({"verify", id, "--out", "out"});
+  CHECK(verified.code == exit_code::success);
+  CHECK_THAT(verified.out, ContainsSubstring("0 pass, 0 fail, 0 error, 1 skipped"));
+  // A sweep goes on with the other rows.
+  const Ran swept = folder.run({"sweep", "oscillation-chain", "--out", "out", "--over",
+                                "oscillation.integrator=\"leap-frog\",\"multirate\""});
+  CHECK(swept.code == exit_code::success);
+  CHECK_THAT(swept.out, ContainsSubstring("skipped"));
 }
 
 TEST_CASE("A result file gives back what was put in") {

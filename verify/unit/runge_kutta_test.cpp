@@ -25,7 +25,7 @@ const solid::Network pair_of_nodes = solid::cubic_lattice({{1, 1, 2}, 1.0});
 
 TEST_CASE("A harmonic pair moves as the cosine, to the tolerance and at any step's end") {
   const double omega = std::sqrt(2.0 * 0.26);
-  RungeKutta motion({bond::Harmonic{0.26, 1.0}, 0.0}, pair_of_nodes, 1.0, 1e-12, omega, stretched(0.1),
+  RungeKutta motion({bond::Harmonic{0.26, 1.0}, 0.0}, pair_of_nodes, 1.0, 0.0, 1e-12, omega, stretched(0.1),
                     Positions::Zero(2, 3));
   while (motion.time() < 20.0) {
     motion.step();
@@ -37,7 +37,7 @@ TEST_CASE("A harmonic pair moves as the cosine, to the tolerance and at any step
 
 TEST_CASE("The passage through rest is found between two steps") {
   const double omega = std::sqrt(2.0 * 0.26);
-  RungeKutta motion({bond::Harmonic{0.26, 1.0}, 0.0}, pair_of_nodes, 1.0, 1e-12, omega, stretched(-0.1),
+  RungeKutta motion({bond::Harmonic{0.26, 1.0}, 0.0}, pair_of_nodes, 1.0, 0.0, 1e-12, omega, stretched(-0.1),
                     Positions::Zero(2, 3));
   Eigen::VectorXd extension(2);
   extension << -1.0, 1.0;
@@ -51,14 +51,15 @@ TEST_CASE("A pair let go near its limit keeps its energy, and trials beyond the 
     const Positions u = motion.displacement();
     return law.energy(1.0 + u(1, 2) - u(0, 2)) + 0.5 * motion.velocity().squaredNorm();
   };
-  RungeKutta motion({law, 0.0}, pair_of_nodes, 1.0, 1e-11, 30.0, stretched(0.499), Positions::Zero(2, 3));
+  RungeKutta motion({law, 0.0}, pair_of_nodes, 1.0, 0.0, 1e-11, 30.0, stretched(0.499),
+                    Positions::Zero(2, 3));
   const double start = energy(motion);
   for (int i = 0; i < 300; ++i) motion.step();
   CHECK(energy(motion) == Approx(start).epsilon(1e-8));
 }
 
 TEST_CASE("A motion that starts beyond a bond's limit is refused by name") {
-  RungeKutta motion({bond::ShiftedFene{0.26, 1.0, 0.5}, 0.0}, pair_of_nodes, 1.0, 1e-8, 1.0, stretched(0.6),
-                    Positions::Zero(2, 3));
+  RungeKutta motion({bond::ShiftedFene{0.26, 1.0, 0.5}, 0.0}, pair_of_nodes, 1.0, 0.0, 1e-8, 1.0,
+                    stretched(0.6), Positions::Zero(2, 3));
   CHECK_THROWS_AS(motion.step(), NumericalFailure);
 }

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <numbers>
+#include <numeric>
 
 #include "base/error.hpp"
 #include "base/named.hpp"
@@ -16,6 +18,9 @@
 #include "measures/solid/runge_kutta.hpp"
 #include "solid/implicit_midpoint.hpp"
 #include "solid/leapfrog.hpp"
+#ifdef VERIFLEX_SUNDIALS
+#include "measures/solid/multirate.hpp"
+#endif
 
 namespace veriflex::measures {
 
@@ -25,14 +30,24 @@ using observe::Observations;
 
 constexpr double unbounded = 100.0;  // times the start, which no bounded motion reaches
 
-enum class Integrator { LeapFrog, ImplicitMidpoint, RungeKutta };
+enum class Integrator { LeapFrog, ImplicitMidpoint, RungeKutta, Multirate };
 
 constexpr std::array integrators{
     Named<Integrator>{Integrator::LeapFrog, "leap-frog", "leap_frog", "leap-frog"},
     Named<Integrator>{Integrator::ImplicitMidpoint, "implicit-midpoint", "implicit_midpoint",
                       "the implicit midpoint rule, by Newton's method"},
     Named<Integrator>{Integrator::RungeKutta, "runge-kutta", "runge_kutta",
-                      "Prince and Dormand's embedded Runge-Kutta method of order 8, by GSL"}};
+                      "Prince and Dormand's embedded Runge-Kutta method of order 8, by GSL"},
+    Named<Integrator>{Integrator::Multirate, "multirate", "multirate",
+                      "a multirate infinitesimal method, by SUNDIALS"}};
+
+// When leap-frog takes the velocity that a drag follows.
+enum class DragAt { Step, Substep, Middle };
+
+constexpr std::array drags{
+    Named<DragAt>{DragAt::Step, "step", "step", "at the start of a step, and held over it"},
+    Named<DragAt>{DragAt::Substep, "sub-step", "substep", "as it is carried, half a sub-step old"},
+    Named<DragAt>{DragAt::Middle, "middle", "middle", "in the middle of each sub-step"}};
 
 // What an integrator is made of.
 std::vector<parts::Kind> parts_of(Integrator integrator) {
@@ -43,6 +58,7 @@ std::vector<parts::Kind> parts_of(Integrator integrator) {
     case Integrator::ImplicitMidpoint:
       return {Kind::Midpoint, Kind::Statics};
     case Integrator::RungeKutta:
+    case Integrator::Multirate:
       return {Kind::RungeKutta};
   }
   throw std::logic_error("no integrator");
@@ -59,8 +75,12 @@ struct Oscillation {
   double tolerance = 0.0;  // of a step's error, over the amplitude
   int substeps;            // of a step
   int periods;             // over which the period is measured
+  double drag = 0.0;       // force per velocity and node, of unit mass  [M T^-1]
+  DragAt drag_at = DragAt::Step;
+  int order = 3;  // of the multirate method
 
   double substep() const { return time_step / substeps; }
+  bool is_linear() const { return bond::name_of(law) == "harmonic"; }
 };
 
 // Integral of f from 0 to `way`, smooth piece by smooth piece between the breaks.
@@ -153,11 +173,22 @@ double pair_period(const Oscillation& study) {
   return 2.0 * (quarter(start, inwards) + quarter(turn, -inwards));
 }
 
-double exact_period(const Oscillation& study) {
+double undamped_period(const Oscillation& study) {
   if (study.nodes == 2) return pair_period(study);
   const double k = bond::stiffness(study.law, study.rest_length);
   return std::numbers::pi /
          (std::sqrt(k) * std::sin(0.5 * std::numbers::pi / static_cast<double>(study.nodes)));
+}
+
+// Of a linear motion under drag: x'' + drag x' + omega^2 x = 0. Throws NumericalFailure when it does not
+// swing.
+double exact_period(const Oscillation& study) {
+  const double period = undamped_period(study);
+  const double damping = 0.5 * study.drag * period / (2.0 * std::numbers::pi);
+  if (!(damping < 1.0))
+    throw NumericalFailure(
+        fmt::format("the drag is {:.3g} of that at which nothing swings any more", damping));
+  return period / std::sqrt(1.0 - damping * damping);
 }
 
 // Shape of the motion along the axis: for a pair the change of length, for a chain its first mode.
@@ -175,6 +206,17 @@ struct Sample {
   double time, amount, rate;
 };
 
+// Where a linear motion is on the circle, shrinking under drag, that it turns on with time.
+std::complex<double> place_of(const Oscillation& study, const Sample& sample) {
+  const double omega = 2.0 * std::numbers::pi / study.exact;
+  return {sample.amount, -(sample.rate + 0.5 * study.drag * sample.amount) / omega};
+}
+
+std::complex<double> exact_place(const Oscillation& study, const Sample& start, double time) {
+  const double omega = 2.0 * std::numbers::pi / study.exact;
+  return place_of(study, start) * std::exp(std::complex(-0.5 * study.drag, omega) * (time - start.time));
+}
+
 // When the cubic through both samples passes through zero.
 double passage_between(const Sample& before, const Sample& after) {
   const double dt = after.time - before.time;
@@ -190,11 +232,25 @@ double passage_between(const Sample& before, const Sample& after) {
 struct Swing {
   double period;   // [T]
   double substep;  // mean length of a (sub-)step  [T]
+  Sample start, end;
+  std::int64_t drag_evaluations;
 };
 
-// Mean period over `periods` upward passages through rest of a motion from rest.
+// How often a drag was evaluated, for all nodes at once.
 template <class Motion>
-Swing measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion motion) {
+std::int64_t drag_evaluations(const Oscillation& study, const Motion& motion) {
+  if constexpr (requires { motion.drag_evaluations(); }) {
+    return motion.drag_evaluations();
+  } else {
+    return motion.steps() * (study.drag_at == DragAt::Step ? 1 : study.substeps);
+  }
+}
+
+constexpr auto plainly = [](auto& motion) { motion.step(); };
+
+// Mean period over `periods` upward passages through rest of a motion from rest.
+template <class Motion, class Step>
+Swing measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion motion, Step step) {
   const auto sample = [&] {
     return Sample{motion.time(), shape.dot(motion.displacement().col(2)),
                   shape.dot(motion.velocity().col(2))};
@@ -207,7 +263,7 @@ Swing measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion mot
   double first = -1.0;
   int passages = 0;
   while (motion.time() < 2.0 * (study.periods + 2) * study.exact) {
-    motion.step();
+    step(motion);
     const Sample now = sample();
     if (!(std::abs(now.amount) < unbounded * std::abs(start.amount))) {
       throw NumericalFailure(
@@ -224,7 +280,9 @@ Swing measure(const Oscillation& study, const Eigen::VectorXd& shape, Motion mot
         } else {
           passage = passage_between(before, now);
         }
-        if (passages == study.periods) return {(passage - first) / study.periods, mean_substep()};
+        if (passages == study.periods)
+          return {(passage - first) / study.periods, mean_substep(), start, now,
+                  drag_evaluations(study, motion)};
         first = passage;
       }
       ++passages;
@@ -244,16 +302,41 @@ Swing measure(const Oscillation& study) {
   const Positions rest = Positions::Zero(study.nodes, 3);
   Positions u = rest;
   u.col(2) = study.strain * study.rest_length * shape;
+  const solid::Substeps substeps{study.substeps, 0.0};
+  solid::Conditions in_the_middle;
+  in_the_middle.drag = study.drag;
   switch (study.integrator) {
-    case Integrator::LeapFrog:
-      return measure(study, shape,
-                     solid::Leapfrog(material, network, {}, study.time_step, {study.substeps, 0.0}, u, rest));
+    case Integrator::LeapFrog: {
+      if (study.drag == 0.0 || study.drag_at == DragAt::Middle)
+        return measure(study, shape,
+                       solid::Leapfrog(material, network, in_the_middle, study.time_step, substeps, u, rest),
+                       plainly);
+      // As a fluid at rest would pull at every node.
+      std::vector<std::int32_t> nodes(static_cast<std::size_t>(study.nodes));
+      std::iota(nodes.begin(), nodes.end(), 0);
+      const solid::VelocityCoupling still{nodes, rest, study.drag, study.drag_at == DragAt::Substep};
+      Positions mean;
+      return measure(study, shape, solid::Leapfrog(material, network, {}, study.time_step, substeps, u, rest),
+                     [&](solid::Leapfrog& motion) { motion.step(still, mean); });
+    }
     case Integrator::ImplicitMidpoint:
-      return measure(study, shape, solid::ImplicitMidpoint(material, network, {}, study.time_step, u, rest));
+      return measure(study, shape,
+                     solid::ImplicitMidpoint(material, network, in_the_middle, study.time_step, u, rest),
+                     plainly);
     case Integrator::RungeKutta:
-      return measure(
-          study, shape,
-          RungeKutta(material, network, 1.0, study.tolerance, 2.0 * std::numbers::pi / study.exact, u, rest));
+      return measure(study, shape,
+                     RungeKutta(material, network, 1.0, study.drag, study.tolerance,
+                                2.0 * std::numbers::pi / study.exact, u, rest),
+                     plainly);
+    case Integrator::Multirate:
+#ifdef VERIFLEX_SUNDIALS
+      return measure(study, shape,
+                     Multirate(material, network, 1.0, study.drag, study.order, study.time_step,
+                               study.substeps, u, rest),
+                     plainly);
+#else
+      break;  // Study::lacks
+#endif
   }
   throw std::logic_error("no integrator");
 }
@@ -263,8 +346,9 @@ Observations oscillation_observations(const Oscillation& study) {
   all.metrics = {{"exact_period",
                   {},
                   "T",
-                  study.nodes == 2 ? "quadrature between the turning points (GSL)"
-                                   : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode"},
+                  std::string(study.nodes == 2 ? "quadrature between the turning points (GSL)"
+                                               : "pi/(sqrt(k/m) sin(pi/2n)) of the chain's first mode") +
+                      (study.drag > 0.0 ? ", longer by the drag" : "")},
                  {"substeps_per_period", {}, "1", "(sub-)steps per exact period, of varying ones the mean"},
                  {"dt_over_limit",
                   {},
@@ -276,6 +360,19 @@ Observations oscillation_observations(const Oscillation& study) {
     all.metrics.push_back(
         {"period_over_harmonic", {}, "1", "exact period over that of a harmonic pair of the same stiffness"});
   }
+  if (study.is_linear()) {
+    all.metrics.push_back(
+        {"motion_error",
+         {},
+         "1",
+         "distance from the exact motion in its phase plane after the measured periods, over "
+         "the amplitude that is left then"});
+    all.metrics.push_back(
+        {"amplitude_drift", {}, "1", "amplitude over the exact one after the measured periods, less 1"});
+  }
+  if (study.drag > 0.0)
+    all.metrics.push_back(
+        {"drag_evaluations_per_period", {}, "1", "of all nodes at once, in an exact period"});
   return all;
 }
 
@@ -295,6 +392,15 @@ void run_oscillation(const Oscillation& study, Observations& seen) {
   if (is_adaptive) tell_steps(measured.substep);
   seen.set("period", measured.period);
   seen.set("period_error", std::abs(measured.period / study.exact - 1.0));
+  if (study.is_linear()) {
+    const std::complex<double> end = place_of(study, measured.end);
+    const std::complex<double> exact = exact_place(study, measured.start, measured.end.time);
+    seen.set("motion_error", std::abs(end - exact) / std::abs(exact));
+    seen.set("amplitude_drift", std::abs(end) / std::abs(exact) - 1.0);
+  }
+  if (study.drag > 0.0)
+    seen.set("drag_evaluations_per_period",
+             static_cast<double>(measured.drag_evaluations) * study.exact / measured.end.time);
 }
 
 double read_tolerance(const io::Table& t) {
@@ -330,6 +436,32 @@ double read_time_step(const io::Table& t, double exact) {
     t.fail("time_step", fmt::format("it is {}", step), "a step is positive", "Use for example 1.0");
   return step;
 }
+
+void read_drag(const io::Table& t, Oscillation& study) {
+  study.drag = t.has("drag") ? t.number("drag") : 0.0;
+  if (!(study.drag >= 0.0)) {
+    t.fail("drag", fmt::format("'drag' is {}", study.drag), "a drag takes energy away",
+           "Use for example 0.02, or leave it out");
+  }
+  if (study.drag > 0.0 && !study.is_linear()) {
+    t.fail("drag", fmt::format("the bonds are {}", bond::name_of(study.law)),
+           "under drag only a linear motion has an exact period", "Use harmonic bonds, or leave it out");
+  }
+  if (!t.has("drag_at")) return;
+  if (study.integrator != Integrator::LeapFrog) {
+    t.fail("drag_at", "'drag_at' is set",
+           "only leap-frog has the choice; the others take a drag at their stages", "Leave it out");
+  }
+  study.drag_at = row_named(drags, t.choice("drag_at", names_of(drags))).value;
+}
+
+#ifdef VERIFLEX_SUNDIALS
+constexpr const char* without_sundials = "";
+#else
+constexpr const char* without_sundials =
+    "this program was built without SUNDIALS, whose methods the integrator 'multirate' runs. Install it "
+    "(apt-get install libsundials-dev), configure again (cmake --preset release) and build";
+#endif
 
 }  // namespace
 
@@ -368,10 +500,17 @@ engine::Study read_oscillation(const io::Table& top) {
                study.nodes),
            "Use a smaller strain");
   }
-  if (study.substeps > 1 && study.integrator != Integrator::LeapFrog) {
+  const bool is_multirate = study.integrator == Integrator::Multirate;
+  if (study.substeps > 1 && study.integrator != Integrator::LeapFrog && !is_multirate) {
     t.fail("substeps", fmt::format("'substeps' is {}", study.substeps),
-           "only leap-frog divides its steps here", "Use more steps");
+           "only leap-frog and multirate divide their steps here", "Use more steps");
   }
+  if (t.has("order")) {
+    if (!is_multirate)
+      t.fail("order", "'order' is set", "only multirate has a choice of orders", "Leave it out");
+    study.order = static_cast<int>(t.integer("order", 3, 4));
+  }
+  read_drag(t, study);
   try {
     study.exact = exact_period(study);
   } catch (const NumericalFailure& failure) {
@@ -395,10 +534,12 @@ engine::Study read_oscillation(const io::Table& top) {
                                           .method = fmt::format("{}, from rest", integrator.text),
                                           .by = parts_of(study.integrator)}),
           .declares = oscillation_observations(study),
-          .run = [study](Observations& seen, Progress&, engine::Cost& cost) {
-            run_oscillation(study, seen);
-            cost.finish("motion");
-          }};
+          .run =
+              [study](Observations& seen, Progress&, engine::Cost& cost) {
+                run_oscillation(study, seen);
+                cost.finish("motion");
+              },
+          .lacks = is_multirate ? without_sundials : ""};
 }
 
 }  // namespace veriflex::measures

@@ -31,7 +31,7 @@ using State = std::vector<double>;  // displacement, then velocity, as Positions
 struct RungeKutta::Data {
   solid::Material material;
   const solid::Network& network;
-  double mass;
+  double mass, drag;
   solid::Workspace work{};
   Positions gradient{};
   gsl_odeiv2_system system{};
@@ -39,6 +39,7 @@ struct RungeKutta::Data {
   Held<gsl_odeiv2_control, gsl_odeiv2_control_free> control{};
   Held<gsl_odeiv2_evolve, gsl_odeiv2_evolve_free> evolve{};
   State now{}, before{};
+  std::int64_t drag_evaluations = 0;
   double time = 0.0, time_before = 0.0, next_step = 0.0;
   solid::NetworkParts network_parts{};
   parts::Built part{};
@@ -53,7 +54,9 @@ struct RungeKutta::Data {
     });
     if (!is_defined) return GSL_FAILURE;
     std::copy(y + coordinates, y + 2 * coordinates, dydt);
-    Eigen::Map<Positions>(dydt + coordinates, nodes, 3) = -gradient / mass;
+    ++drag_evaluations;
+    Eigen::Map<Positions>(dydt + coordinates, nodes, 3) =
+        -(gradient + drag * Eigen::Map<const Positions>(y + coordinates, nodes, 3)) / mass;
     return GSL_SUCCESS;
   }
 
@@ -64,8 +67,10 @@ struct RungeKutta::Data {
 };
 
 RungeKutta::RungeKutta(const solid::Material& material, const solid::Network& network, double node_mass,
-                       double tolerance, double frequency, const Positions& u, const Positions& v)
-    : data_(std::make_unique<Data>(Data{.material = material, .network = network, .mass = node_mass})) {
+                       double drag, double tolerance, double frequency, const Positions& u,
+                       const Positions& v)
+    : data_(std::make_unique<Data>(
+          Data{.material = material, .network = network, .mass = node_mass, .drag = drag})) {
   Data& d = *data_;
   d.now.assign(u.data(), u.data() + u.size());
   d.now.insert(d.now.end(), v.data(), v.data() + v.size());
@@ -122,5 +127,6 @@ Positions RungeKutta::displacement() const { return data_->part_of(data_->now, 0
 Positions RungeKutta::velocity() const { return data_->part_of(data_->now, 1); }
 double RungeKutta::time() const { return data_->time; }
 std::int64_t RungeKutta::steps() const { return static_cast<std::int64_t>(data_->evolve->count); }
+std::int64_t RungeKutta::drag_evaluations() const { return data_->drag_evaluations; }
 
 }  // namespace veriflex::measures

@@ -1,5 +1,5 @@
-/// Motion of a network by an embedded Runge-Kutta method whose step follows from a tolerance: the accurate
-/// end that fixed steps are held against.
+/// Motion of a network, also under drag, by an embedded Runge-Kutta method whose step follows from a
+/// tolerance: the accurate end that fixed steps are held against.
 #pragma once
 
 #include <cstdint>
@@ -13,10 +13,11 @@ namespace veriflex::measures {
 /// Prince and Dormand's method of order 8 with an estimate of order 9, by GSL.  [prince-dormand-1981]
 class RungeKutta {
  public:
-  /// Starts at displacement u and velocity v at time 0. Each step's estimated error stays below `tolerance`
+  /// Starts at displacement u and velocity v at time 0. `drag` is the force per velocity and node  [M T^-1].
+  /// Each step's estimated error stays below `tolerance`
   /// times the largest displacement at the start, and of velocities the same times `frequency`, that of the
   /// motion  [T^-1]. The network must outlive the motion.
-  RungeKutta(const solid::Material& material, const solid::Network& network, double node_mass,
+  RungeKutta(const solid::Material& material, const solid::Network& network, double node_mass, double drag,
              double tolerance, double frequency, const Positions& u, const Positions& v);
   ~RungeKutta();
   RungeKutta(RungeKutta&&) noexcept;
@@ -32,6 +33,7 @@ class RungeKutta {
   Positions velocity() const;
   double time() const;
   std::int64_t steps() const;  // that were accepted
+  std::int64_t drag_evaluations() const;
 
  private:
   struct Data;
