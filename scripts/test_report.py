@@ -440,6 +440,40 @@ class Variants(unittest.TestCase):
             self.assertIn("All cases pass", page)
 
 
+class Methods(unittest.TestCase):
+    @staticmethod
+    def family(method):
+        """Records of a timed sweep with an error, of which only the last row of each method is beaten by its own."""
+        rows = dict(method=np.repeat(method, 3).tolist(), n=[1.0, 2.0, 3.0] * len(method), outcome=["completed"] * 3 * len(method))
+        errors, work = np.tile([1e-1, 1e-2, 1e-1], len(method)), np.tile([10.0, 20.0, 40.0], len(method))
+        axes = {name: rows[name] for name in ("method", "n")}
+        best = {name: values[:2] for name, values in axes.items()} | dict(error=errors[:2])
+        return [
+            ("sweep", rows | dict(error=errors, node_updates=0 * work, bond_evaluations=work)),
+            ("sweep_cost", axes | dict(wall_seconds=1e-3 * work, min_wall_seconds=1e-3 * work, max_wall_seconds=1e-3 * work)),
+            ("sweep_front", best | dict(bond_evaluations=work[:2])),
+            ("sweep_cost_front", best | dict(wall_seconds=1e-3 * work[:2])),
+            ("sweep_cost_reached", dict(asked=[1e-1, 1e-2]) | best | dict(wall_seconds=1e-3 * work[:2], next_step=["", ""])),
+        ]
+
+    def picture(self, *names):
+        with tempfile.TemporaryDirectory() as folder:
+            for name, methods in zip(names, (["plain", "fancy"], ["third"])):
+                write_result(Path(folder), name, "measured", records=self.family(methods))
+            page = page_of(folder)
+        return re.search(r'<svg[^>]*aria-label="[^"]*by other methods.*?</svg>', page, flags=re.DOTALL)
+
+    def test_cases_that_ask_the_same_of_other_methods_share_a_picture_of_what_none_of_their_own_beats(self):
+        drawn = self.picture("cost-swing", "cost-swing-other")[0]
+        for label in ("plain", "fancy", "other, third"):
+            self.assertIn(f">{label}<", drawn)
+        told = re.search(r'data-hints="([^"]*)"', drawn)[1]
+        self.assertEqual(len(told.split("\n")), 2 * 3 * 2)  # panels, lines, and rows of each that are not beaten
+
+    def test_cases_of_other_questions_share_none(self):
+        self.assertIsNone(self.picture("cost-swing", "cost-swinging"))
+
+
 class Skipped(unittest.TestCase):
     def test_skipped_case_says_why_and_is_neither_passed_nor_broken(self):
         why = "this program was built without SUNDIALS. Install it"
