@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/root.hpp"
 #include "base/stop.hpp"
+#include "measures/solid/held.hpp"
 #include "solid/inadmissible.hpp"
 
 namespace veriflex::measures {
@@ -18,21 +19,6 @@ namespace veriflex::measures {
 namespace {
 
 static_assert(std::is_same_v<realtype, double>);
-
-// SUNDIALS takes some of its things back by a handle, others by the address of one.
-template <auto release>
-struct Release {
-  template <class T>
-  void operator()(T* held) const {
-    if constexpr (std::is_invocable_v<decltype(release), T*>) {
-      release(held);
-    } else {
-      release(&held);
-    }
-  }
-};
-template <class T, auto release>
-using Held = std::unique_ptr<T, Release<release>>;
 
 using Context = Held<std::remove_pointer_t<SUNContext>, SUNContext_Free>;
 using Vector = Held<std::remove_pointer_t<N_Vector>, N_VDestroy>;
@@ -135,6 +121,8 @@ Multirate::Multirate(const solid::Material& material, const solid::Network& netw
   expect(SUNContext_Create(nullptr, &context), "a context");
   d.context.reset(context);
   d.now.reset(made(N_VNew_Serial(2 * u.size(), context)));
+  // Sums of several states in one pass, up to a seventh less of the time.
+  expect(N_VEnableFusedOps_Serial(d.now.get(), SUNTRUE), "fused operations");
   std::copy(u.data(), u.data() + u.size(), N_VGetArrayPointer(d.now.get()));
   std::copy(v.data(), v.data() + v.size(), N_VGetArrayPointer(d.now.get()) + u.size());
   d.before.reset(made(N_VClone(d.now.get())));

@@ -9,20 +9,11 @@
 #include "base/error.hpp"
 #include "base/root.hpp"
 #include "base/stop.hpp"
+#include "measures/solid/held.hpp"
 
 namespace veriflex::measures {
 
 namespace {
-
-template <auto release>
-struct Release {
-  template <class T>
-  void operator()(T* held) const {
-    release(held);
-  }
-};
-template <class T, auto release>
-using Held = std::unique_ptr<T, Release<release>>;
 
 using State = std::vector<double>;  // displacement, then velocity, as Positions lie in memory
 
