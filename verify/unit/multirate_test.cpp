@@ -52,13 +52,13 @@ TEST_CASE("Multirate methods have their order where the drag is slow") {
   const int order = GENERATE(3, 4);
   constexpr double drag = 0.1, duration = 16.0;
   const auto error_of = [&](int steps) {
-    Multirate motion(harmonic, pair_of_nodes, mass, drag, order, duration / steps, 60, stretched(0.1),
+    Multirate motion(harmonic, pair_of_nodes, mass, drag, order, duration / steps, 12, stretched(0.1),
                      at_rest);
     for (int i = 0; i < steps; ++i) motion.step();
     CHECK(motion.time() == Approx(duration).epsilon(1e-12));
     return std::abs(extension_of(motion.displacement()) - exact_extension(drag, duration));
   };
-  CHECK(std::log2(error_of(32) / error_of(64)) == Approx(order).margin(0.1));
+  CHECK(std::log2(error_of(128) / error_of(256)) == Approx(order).margin(0.06));
 }
 
 TEST_CASE(
@@ -70,9 +70,9 @@ TEST_CASE(
     for (int i = 0; i < steps; ++i) motion.step();
     return work::done().bond_evaluations - before;
   };
-  // And once more at the start of a motion, and of each step.
-  CHECK(bonds_of_steps(third, 10) <= 10 * (12 * 3 + 1) + 1);
-  CHECK(bonds_of_steps(fourth, 10) <= 10 * (10 * 4 + 1) + 1);
+  // And once more at the start of each step, and twice at that of a motion.
+  CHECK(bonds_of_steps(third, 10) <= 10 * (12 * 3 + 1) + 2);
+  CHECK(bonds_of_steps(fourth, 10) <= 10 * (10 * 4 + 1) + 2);
   CHECK(third.drag_evaluations() <= 10 * 3 + 1);
   CHECK(fourth.drag_evaluations() <= 10 * 5 + 1);
 }
@@ -87,9 +87,8 @@ TEST_CASE("A multirate method finds the motion that an embedded Runge-Kutta meth
   for (Eigen::Index i = 0; i < v.size(); ++i) v.data()[i] = noise(random);
   constexpr double drag = 0.05;
   RungeKutta embedded(material, chain, mass, drag, 1e-13, 1.0, u, v);
-  for (int i = 0; i < 20; ++i) embedded.step();
-  REQUIRE(embedded.time() > 10.0);
-  constexpr int steps = 400;
+  while (embedded.time() < 10.0) embedded.step();
+  constexpr int steps = 1000;
   Multirate motion(material, chain, mass, drag, 4, embedded.time() / steps, 10, u, v);
   for (int i = 0; i < steps; ++i) motion.step();
   CHECK((motion.displacement() - embedded.displacement()).cwiseAbs().maxCoeff() < 1e-9);
