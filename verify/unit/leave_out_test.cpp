@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "allocations.hpp"
+#include "base/work.hpp"
 #include "catch.hpp"
 #include "scene/plan.hpp"
 #include "solid/leapfrog.hpp"
@@ -99,6 +100,7 @@ TEST_CASE("A static evaluation has one array per node, the force, and a second o
         return deform(law, network, u, work) && gradient(law, angle, network, work, force);
       });
     };
+    work::mine();  // of this thread, once
     const std::vector<std::size_t> first = allocations_of(evaluate);
     CHECK(arrays_per_node(first) == 1);
     CHECK(arrays_per_bond(first) == 2);  // vectors and gradients by them

@@ -375,13 +375,12 @@ std::shared_ptr<std::vector<double>> add_observers(const Observation& o, const s
                                                    std::vector<Record>& records, std::size_t at,
                                                    std::vector<observe::Observer>& observers) {
   if (o.is_snapshot) {
-    const auto steps = std::make_shared<std::vector<double>>();
-    observers.push_back({o.due, [&records, at, o, steps](const scene::Simulation& simulation) {
-                           steps->push_back(static_cast<double>(simulation.steps()));
-                           hand_over_snapshot(o, simulation, *steps);
-                           records[at].append({steps->back(), steps->back()});
+    observers.push_back({o.due, [&records, at, o](const scene::Simulation& simulation) {
+                           const auto step = static_cast<double>(simulation.steps());
+                           records[at].append({step, step});
+                           hand_over_snapshot(o, simulation, records[at].columns.front().values);
                          }});
-    return steps;
+    return nullptr;
   }
   if (o.series == nullptr) {
     observers.push_back(
