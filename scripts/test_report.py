@@ -322,7 +322,12 @@ class Published(unittest.TestCase):
             write_result(Path(folder), "turn", "pass", [CHECK])
             ledger = Path(folder, "claims.json")
             ledger.write_text(json.dumps(dict(claims=[], counts={}, benchmarks=benchmarks)))
+            short = page_of(folder, "--claims", ledger)
+            for other in ("one", "two", "three"):
+                write_result(Path(folder), other, "pass", [CHECK])
             page = page_of(folder, "--claims", ledger)
+        self.assertIn("1 of 1 systems agree</p>", short)
+        self.assertNotIn("a flag", short)  # a report on few cases leaves out what none of them computes
         self.assertIn("1 of 1 systems agree; 1 are not compared yet", page)
         self.assertIn('<td class="n">1 %<td class="n">2 %', page)
         self.assertIn('<td class="n">0.003<td class="n">0.005', page)

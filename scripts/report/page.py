@@ -178,7 +178,10 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
     left_out = tried(leave_out.rows, results_read, [])
     stiffness = tried(stability.compared, results_read, [])
     motives = tried(motive.rows, results_read, [])
+    few = len(results_read) + len(unreadable) <= 3
     benchmarks = ledger_rows(ledger["benchmarks"], results_read) if ledger else []
+    if few:  # systems that none of them computed are of no interest then
+        benchmarks = [entry for entry in benchmarks if any(found["result"] for found in entry["judgements"])]
     measured_elsewhere = tried(published.rows, standing, [])
     side_by_side = tried(codes.matrix, standing, None)
     growth, answers = tried(cost.growth, results_read, []), tried(studies.answers, results_read, [])
@@ -186,6 +189,7 @@ def render(results_read, figures_by_file, unreadable, ledger, skipped, out):
     panels = [tried(panel, standing, None) for panel in overview.PANELS] if any(there[name] for name in PANELLED) else []
     page = environment().get_template("page.html.j2").render(
         results=results_read,
+        few=few,
         groups=topics.grouped(results_read),
         topics=sorted({topic for result in results_read for topic in result.topics}),
         unreadable=unreadable,
