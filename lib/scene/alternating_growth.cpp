@@ -17,7 +17,7 @@ namespace {
 using Vector = Eigen::VectorXd;
 using Sparse = Eigen::SparseMatrix<double>;
 
-constexpr double tolerance = 1e-11;  // of eigenvalues
+constexpr double scale_tolerance = 1e-11;  // of the largest eigenvalues of K and A
 // Of K or A; below, a dense solver is faster, and cannot fail as Lanczos' method does where a matrix has so
 // few different eigenvalues (a single bond: two) that the Krylov space ends at once.
 constexpr Eigen::Index dense_matrix = 200;
@@ -38,7 +38,7 @@ double largest_of(const Sparse& matrix, const char* what) {
         .maxCoeff();
   }
   const auto product = [&](const Vector& x) -> Vector { return matrix * x; };
-  return solid::largest_eigenvalue(product, matrix.rows(), tolerance, what);
+  return solid::largest_eigenvalue(product, matrix.rows(), scale_tolerance, what);
 }
 
 /// g(K) for a function g that is smooth over [0, stiffest], as a series of Chebyshev polynomials.
