@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analytic/lattice_wave.hpp"
+#include "fluid/lattice.hpp"
 
 namespace veriflex::analytic {
 
@@ -93,7 +94,7 @@ Mobility line_mobility(const Grid& box, double relaxation_time, std::int64_t mar
 
 double marker_radius(double relaxation_time, double slip) {
   constexpr std::int64_t wide = 48;
-  const double mu = (relaxation_time - 0.5) / 3.0;
+  const double mu = fluid::viscosity(relaxation_time);
   const double in_cube = line_mobility({{wide, wide, wide}}, relaxation_time, 1).across[0];
   // A cube holds back by that of a point.                                                      [hasimoto-1959]
   const double unbounded = in_cube + 2.837297 / (6.0 * pi * mu * static_cast<double>(wide));

@@ -7,6 +7,7 @@
 
 #include "base/mutant.hpp"
 #include "engine/read_scene.hpp"
+#include "fluid/lattice.hpp"
 
 namespace veriflex::engine {
 
@@ -111,7 +112,7 @@ std::optional<CaseUnits> read_units(const io::Table& top) {
 std::vector<Quantity> quantities(const Told& told, const std::optional<Units>& units) {
   Collected to(units);
   if (told.relaxation_time) {
-    const double tau = *told.relaxation_time, viscosity = (tau - 0.5) / 3.0;
+    const double tau = *told.relaxation_time, viscosity = fluid::viscosity(tau);
     to.add("relaxation_time", "tau", tau);
     if (tau < small_tau)
       to.fault("what the lattice does not resolve hardly decays",
@@ -149,7 +150,7 @@ Lattice lattice_of(const Physical& flow) {
   }
   const double spacing = flow.length / flow.spacings;
   const double time_step = flow.relaxation_time
-                               ? (*flow.relaxation_time - 0.5) / 3.0 * spacing * spacing / flow.viscosity
+                               ? fluid::viscosity(*flow.relaxation_time) * spacing * spacing / flow.viscosity
                                : flow.mach * sound * spacing / flow.speed;
   const Units units{.spacing = spacing, .time_step = time_step, .density = flow.density};
   Lattice found{units, {}};

@@ -13,6 +13,7 @@
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
 #include "fluid/initial.hpp"
+#include "fluid/lattice.hpp"
 #include "measures/coupling/marker_chain.hpp"
 #include "measures/coupling/run_monitored.hpp"
 #include "measures/drivers.hpp"
@@ -74,7 +75,7 @@ struct Filament {
   double length() const { return static_cast<double>(network().node_count() - 1); }
   /// By which a marker is faster than the fluid around it, per force: F_int = V (u_f - u_s)  [M^-1 T].
   double slip() const { return 1.0 / scene.bodies.front().coupling->marker_volume; }
-  double viscosity() const { return (fluid().relaxation_time - 0.5) / 3.0; }
+  double viscosity() const { return fluid::viscosity(fluid().relaxation_time); }
   double rate() const { return reynolds * viscosity() / (length() * length()); }
   double wavenumber() const { return 2.0 * std::numbers::pi / static_cast<double>(fluid().grid.size[0]); }
   std::int64_t steps() const { return std::llround(duration / rate()); }

@@ -11,6 +11,7 @@
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
+#include "fluid/lattice.hpp"
 #include "measures/drivers.hpp"
 #include "measures/scene/scene.hpp"
 #include "observe/run.hpp"
@@ -215,7 +216,7 @@ engine::Study read_elastic_layer(const io::Table& top) {
   }
   spec.grid.size = {asked.nodes(), across, across};
   spec.walls[0] = fluid::Walls{};
-  const double h = asked.thickness(), nu = (spec.relaxation_time - 0.5) / 3.0;
+  const double h = asked.thickness(), nu = fluid::viscosity(spec.relaxation_time);
   const std::int64_t period =
       engine::whole_steps(asked.period * h * h / nu, 4.0, "a period takes", t.place("period"));
   const std::int64_t periods = t.integer("periods", 3, 100'000);

@@ -10,6 +10,7 @@
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
 #include "engine/read_scene.hpp"
+#include "fluid/lattice.hpp"
 #include "measures/coupling/marker_chain.hpp"
 #include "measures/coupling/run_monitored.hpp"
 #include "measures/drivers.hpp"
@@ -43,7 +44,7 @@ struct Thrust {
   const scene::Body& chain() const { return scene.bodies.front(); }
   Index nodes() const { return chain().network.node_count(); }
   double length() const { return static_cast<double>(nodes() - 1); }
-  double viscosity() const { return (fluid().relaxation_time - 0.5) / 3.0; }
+  double viscosity() const { return fluid::viscosity(fluid().relaxation_time); }
   double omega() const { return 2.0 * std::numbers::pi / static_cast<double>(period); }
   /// By which a marker is faster than the fluid around it, per force: F_int = V (u_f - u_s)  [M^-1 T].
   double slip() const { return 1.0 / chain().coupling->marker_volume; }
