@@ -80,6 +80,7 @@ struct Observation {
   std::vector<std::size_t> bodies{};
   std::array<std::int64_t, 3> from{}, to{};
   std::int64_t last_step = 0;
+  double mean_from = 0.0;  // of a series: `.mean`, `.min` and `.max` are of the rows from then on  [T]
   /// When does that column first reach that value? Counted from where it first was at `from`.
   struct Reach {
     std::string column;
@@ -142,8 +143,9 @@ observe::Fields read_fields(const io::Table& table);
 void hand_over_snapshot(const Observation& observation, const scene::Simulation& simulation,
                         const std::vector<double>& steps);
 
-/// `<record>.<column>.last`, `.mean`, `.min` and `.max` of its rows; `.reached`, the time when the column
-/// that `reaches` names comes to its value; `.period` of the column that `swings` names, and `.swing_mean`,
+/// `<record>.<column>.last` of its rows, `.mean`, `.min` and `.max` of those since `mean_from`; `.reached`,
+/// the time when the column that `reaches` names comes to its value; `.period` of the column that `swings`
+/// names, and `.swing_mean`,
 /// `.swing_min` and `.swing_max` of every column over whole periods. Throws NumericalFailure when it never
 /// comes there, or has no two periods.
 std::vector<observe::Metric> metrics_of(const Observation& observation, const observe::Record& record);

@@ -146,12 +146,19 @@ std::string read_name(const io::Table& t, const std::string& what, const std::ve
   return name;
 }
 
-/// `reaches` and `swings`: a column of the observation's record, and what is asked of it in time.
+/// `mean_from`, `reaches` and `swings`: what is asked of the columns of the observation's record in time.
 void read_course(const io::Table& t, const Record& record, Observation& to) {
-  for (const char* key : {"reaches", "swings"}) {
+  for (const char* key : {"mean_from", "reaches", "swings"}) {
     if (!t.has(key) || to.is_series()) continue;
     t.fail(key, fmt::format("'{}' has many rows each time", to.what),
            "a column of a series has a course in time", "Leave it out");
+  }
+  if (t.has("mean_from")) {
+    to.mean_from = t.number("mean_from");
+    if (to.mean_from > static_cast<double>(to.last_step)) {
+      t.fail("mean_from", fmt::format("the run ends at {}", to.last_step), "no row is left to be counted",
+             "Let it begin earlier, or make the run longer");
+    }
   }
   std::vector<std::string> names;
   for (std::size_t c = 2; c < record.columns.size(); ++c) names.push_back(record.columns[c].name);
@@ -179,6 +186,12 @@ double time_of(const Record& record, const std::string& column, double value) {
       FailureMode::NotConverged);
 }
 
+/// The first row from that time on.
+Eigen::Index row_from(const Record& record, double from) {
+  const std::vector<double>& time = record.find("time")->values;
+  return std::lower_bound(time.begin(), time.end(), from) - time.begin();
+}
+
 /// The rows of whole periods of a column, and the length of one  [T]: from the first to the last time that it
 /// rises through its mean.
 struct Periods {
@@ -188,14 +201,12 @@ struct Periods {
 Periods periods_of(const Record& record, const Observation::Swing& swing) {
   const std::vector<double>& time = record.find("time")->values;
   const std::vector<double>& values = record.find(swing.column)->values;
-  const auto begin =
-      static_cast<std::size_t>(std::lower_bound(time.begin(), time.end(), swing.from) - time.begin());
-  const Eigen::Map<const Eigen::VectorXd> late(values.data() + begin,
-                                               std::ssize(values) - static_cast<Eigen::Index>(begin));
+  const Eigen::Index begin = row_from(record, swing.from);
+  const Eigen::Map<const Eigen::VectorXd> late(values.data() + begin, std::ssize(values) - begin);
   const double mean = late.size() > 0 ? late.mean() : 0.0;
   std::vector<double> rises;
   std::size_t first = 0, last = 0;
-  for (std::size_t i = begin + 1; i < values.size(); ++i) {
+  for (auto i = static_cast<std::size_t>(begin) + 1; i < values.size(); ++i) {
     const double before = values[i - 1] - mean, now = values[i] - mean;
     if (!(before < 0.0 && now >= 0.0)) continue;
     rises.push_back(time[i] - (time[i] - time[i - 1]) * now / (now - before));
@@ -407,14 +418,16 @@ std::vector<observe::Metric> metrics_of(const Observation& o, const Record& reco
   std::vector<observe::Metric> metrics;
   if (!o.is_series()) return metrics;
   const Periods periods = o.swing ? periods_of(record, *o.swing) : Periods{};
+  const Eigen::Index first = row_from(record, o.mean_from);
   for (std::size_t c = 2; c < record.columns.size(); ++c) {
     const Column& column = record.columns[c];
     const Eigen::Map<const Eigen::VectorXd> values(column.values.data(), std::ssize(column.values));
     const std::string name = fmt::format("{}.{}", o.name, column.name);
     metrics.push_back({name + ".last", column.values.back(), column.dimension, column.meaning});
-    metrics.push_back({name + ".mean", values.mean(), column.dimension, "mean over the rows"});
-    metrics.push_back({name + ".min", smallest(values), column.dimension, "least of the rows"});
-    metrics.push_back({name + ".max", largest(values), column.dimension, "largest of the rows"});
+    const auto counted = values.tail(values.size() - first);
+    metrics.push_back({name + ".mean", counted.mean(), column.dimension, "mean over the rows"});
+    metrics.push_back({name + ".min", smallest(counted), column.dimension, "least of the rows"});
+    metrics.push_back({name + ".max", largest(counted), column.dimension, "largest of the rows"});
     if (o.reach && o.reach->column == column.name) {
       metrics.push_back({name + ".reached", time_of(record, *o.reach), "T",
                          fmt::format("when it first was {}", o.reach->value) +
