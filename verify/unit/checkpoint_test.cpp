@@ -375,8 +375,9 @@ TEST_CASE("A checkpoint that cannot be written does not end the run") {
 TEST_CASE("A run that is asked to stop leaves a checkpoint and says how it goes on") {
   const Folder folder;
   folder.write("endless.toml", endless);
-  const Ran stopped =
-      folder.shell("\"$V\" run endless.toml --out out --threads 1 & P=$!; sleep 1; kill -TERM $P; wait $P");
+  const std::string run = "\"$V\" run endless.toml --out out --threads 1";
+  const Ran stopped = folder.shell(run + " & P=$!; " + unit::until("[ -e out/endless.checkpoint ]") +
+                                   "; kill -TERM $P; wait $P");
   CHECK(stopped.code == 3);
   CHECK_THAT(stopped.err, ContainsSubstring("interrupted by SIGTERM"));
   CHECK_THAT(stopped.err, ContainsSubstring("run it again with --resume"));
@@ -384,8 +385,10 @@ TEST_CASE("A run that is asked to stop leaves a checkpoint and says how it goes 
   REQUIRE(fs::exists(checkpoint));
   const auto step = io::Hdf5File(checkpoint, io::checkpoint_seal).integer("/", "step");
 
-  const Ran further = folder.shell(
-      "\"$V\" run endless.toml --out out --threads 1 --resume & P=$!; sleep 1; kill -HUP $P; wait $P");
+  // One that is written anew is another file.
+  const Ran further =
+      folder.shell("ln out/endless.checkpoint earlier; " + run + " --resume & P=$!; " +
+                   unit::until("! [ out/endless.checkpoint -ef earlier ]") + "; kill -HUP $P; wait $P");
   CHECK(further.code == 3);
   CHECK(io::Hdf5File(checkpoint, io::checkpoint_seal).integer("/", "step") > step);
 

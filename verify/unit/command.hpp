@@ -92,6 +92,11 @@ class Folder {
   fs::path path_;
 };
 
+/// Words of sh that wait until a condition of it holds, a minute at most.
+inline std::string until(const std::string& condition) {
+  return "for i in $(seq 6000); do " + condition + " && break; sleep 0.01; done";
+}
+
 /// `text` with the first `from` replaced.
 inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);

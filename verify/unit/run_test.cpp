@@ -205,10 +205,12 @@ TEST_CASE("Newton's steps and the pieces of a study stop too") {
 
 TEST_CASE("A program started with hang-ups ignored goes on ignoring them") {
   const Folder folder;
-  folder.write("bad.toml", good_case);
-  const Ran ran = folder.shell("trap '' HUP; (sleep 0.2; kill -HUP $$) & \"$V\" run bad.toml long --out out");
-  CHECK(ran.code == 2);  // there is no case 'long'
-  CHECK(attribute(folder.path() / "out/bad.h5", "verdict") == "pass");
+  folder.write("long.toml", endless());
+  const Ran ran = folder.shell("trap '' HUP; \"$V\" run long.toml --out out --threads 1 & P=$!; " +
+                               unit::until("[ -e out/long.h5 ]") + "; kill -HUP $P; kill -TERM $P; wait $P");
+  CHECK(ran.code == 3);
+  CHECK_THAT(attribute(folder.path() / "out/long.h5", "error_message"),
+             ContainsSubstring("interrupted by SIGTERM"));
 }
 
 TEST_CASE("A killed run leaves no earlier pass in its place") {
@@ -253,7 +255,9 @@ TEST_CASE("Words that cannot be said cost no result, and standard output that ca
     CHECK(folder.shell("\"$V\" run nowhere bad.toml --out out " + stream).code == 2);
     CHECK(attribute(folder.path() / "out/bad.h5", "verdict") == "pass");
   }
-  folder.shell("(sleep 0.3; \"$V\" run bad.toml --out piped; echo $? >code) | true; sleep 1");
+  folder.shell("(" + unit::until("[ -e nobody ]") +
+               "; \"$V\" run bad.toml --out piped; echo $? >code) | (exec <&-; : >nobody); " +
+               unit::until("[ -s code ]"));
   CHECK(unit::contents(folder.path() / "code") == "4\n");
   CHECK(attribute(folder.path() / "piped/bad.h5", "verdict") == "pass");
 }
