@@ -46,6 +46,12 @@ Size size_of(const solid::Rod& rod) {
           fmt::format("rod of radius {}, {} sections,", rod.radius, rod.sections)};
 }
 
+/// While a Hessian is assembled its triplets stand beside it, all of them and those of free coordinates, and
+/// it has a place for each until equal ones are added up.
+double assembly_bytes(double bonds, double angles) {
+  return (2.0 * 16.0 + 12.0) * (36.0 * bonds + 144.0 * angles);
+}
+
 void plan_solid(const SolidSpec& spec, const Outline& scene, Plan& plan) {
   const Size size = std::visit([](const auto& shape) { return size_of(shape); }, spec.shape);
   const bool angles = spec.angle_stiffness != 0.0;
@@ -58,8 +64,8 @@ void plan_solid(const SolidSpec& spec, const Outline& scene, Plan& plan) {
   const bool moves =
       has(scene.by, Kind::LeapFrog) || has(scene.by, Kind::Midpoint) || has(scene.by, Kind::RungeKutta);
   const bool solves = !moves || has(scene.by, Kind::Statics);
-  const double solver = (moves ? size.nodes * 24.0 : 0.0) +
-                        (solves ? (size.bonds * 36.0 + angle_count * 144.0) * 32.0 + factor : 0.0);
+  const double solver =
+      (moves ? size.nodes * 24.0 : 0.0) + (solves ? assembly_bytes(size.bonds, angle_count) + factor : 0.0);
   const double available = available_memory_bytes();
   if (network + state + solver > available || size.nodes * 3.0 > 2147483647.0) {
     throw BadParameter(
@@ -222,13 +228,13 @@ double leap_frog_bytes(const Body& body) {
 }
 
 /// Of a body without its length: a factor fills in about the width of a cross-section, of which a body of n
-/// nodes has n^(2/3) at most. While the Hessian is assembled its triplets stand beside it.
+/// nodes has n^(2/3) at most.
 double implicit_midpoint_bytes(const Body& body) {
   const auto nodes = static_cast<double>(body.network.node_count());
   const auto bonds = static_cast<double>(body.network.bonds.size());
   const auto angles = body.material.has_angles() ? static_cast<double>(body.network.angles.size()) : 0.0;
-  const double triplets = 2.0 * 16.0 * (36.0 * bonds + 144.0 * angles);
-  return leap_frog_bytes(body) + triplets + nodes * 9.0 * std::pow(nodes, 2.0 / 3.0) * 12.0;
+  return leap_frog_bytes(body) + assembly_bytes(bonds, angles) +
+         nodes * 9.0 * std::pow(nodes, 2.0 / 3.0) * 12.0;
 }
 
 struct Exchange {

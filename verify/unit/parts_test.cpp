@@ -1,5 +1,6 @@
 // What has been built says so itself, with its memory; a plan that promises otherwise is found out.
 
+#include <array>
 #include <cmath>
 
 #include "base/memory.hpp"
@@ -151,6 +152,19 @@ TEST_CASE("A plan knows the memory of a coupling before there is one, beside how
   scene::Simulation simulation(scene);
   simulation.advance();
   CHECK(planned == Approx(made(Kind::Coupling).bytes).epsilon(0.02));
+}
+
+TEST_CASE("A plan knows what an implicit step takes within a tenth, while its Hessian is put together") {
+  for (const std::array<std::int64_t, 3>& nodes : {std::array<std::int64_t, 3>{6, 6, 6}, {4, 4, 30}}) {
+    scene::Scene scene;
+    scene::Body& body = scene.bodies.emplace_back();
+    body.material = {bond::Harmonic{0.26, 1.0}, 0.025};
+    body.network = solid::cubic_lattice({nodes, 1.0});
+    solid::add_angles(body.network);
+    body.scheme = solid::Scheme::ImplicitMidpoint;
+    body.start.displacement = 1e-3 * body.network.rest;
+    CHECK(ratios(scene).planned == Approx(1.0).margin(0.1));
+  }
 }
 
 TEST_CASE("What a static solution takes is what the allocator has given out for it") {
