@@ -675,3 +675,9 @@ TEST_CASE("A file name that is no UTF-8 does not break the output") {
   CHECK(ran.code == input);
   CHECK(folder.run({"list", "--json", "--cases", "."}).code == 0);
 }
+
+TEST_CASE("What the HDF5 library refuses is told in its own words") {
+  io::Hdf5Image image;
+  image.group("/once");
+  CHECK_THROWS_WITH(image.group("/once"), ContainsSubstring("name already exists"));
+}

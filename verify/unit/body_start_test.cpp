@@ -168,6 +168,14 @@ TEST_CASE(
   CHECK(end_of(bowed(-0.1, 0.051), {.buckled = 0.005}, 1) == std::nullopt);  // however small the limit
   CHECK(end_of(bowed(-0.1, 0.053), {.buckled = 0.005}, 1) == FailureMode::Buckled);
   CHECK(end_of(bowed(0.0, 3.0), limits, 1) == std::nullopt);  // its ends are as far apart as ever, or farther
+
+  scene::Body shortest = block({2, 2, 3});  // one section between its ends
+  shortest.conditions.fixed = solid::FixedDofs::Constant(12, 3, true);
+  shortest.start.displacement = Positions::Zero(12, 3);
+  const auto z = shortest.network.rest.col(2).array();
+  shortest.start.displacement.col(2) = -0.1 * z;
+  shortest.start.displacement.col(0) = 0.21 * z * (2.0 - z);
+  CHECK(end_of(shortest, limits, 1) == FailureMode::Buckled);
 }
 
 TEST_CASE("A stiffness factor multiplies the energy of bonds and angles, exactly") {

@@ -115,6 +115,18 @@ TEST_CASE("What the fluid loses in a step the body has got") {
   CHECK((fluid->totals().momentum + got).norm() < 1e-13 * 50);
 }
 
+TEST_CASE("A marker takes from the fluid at rest its volume times its velocity") {
+  const fluid::Spec spec{.grid = {{12, 10, 8}}, .relaxation_time = 0.8};
+  const auto fluid = fluid::make_fluid(spec);
+  const double volume = 0.7;
+  scene::PrescribedBody body(spec, {.marker_volume = volume});
+  body.place(ring(2.3, 14, 3.7, 4.0));
+  const Vec3 velocity(0.05, 0.0, -0.02);
+  body.advance(*fluid, velocity);
+  for (Eigen::Index marker = 0; marker < 14; ++marker)
+    CHECK((body.force().row(marker).transpose() + volume * velocity).norm() < 1e-16);
+}
+
 TEST_CASE("A box of one node along a cylinder is a slice of a longer one") {
   Vec3 force[2];
   for (const int nodes : {1, 5}) {
