@@ -95,7 +95,9 @@ namespace veriflex {
   EACH(obstacle_link_lost, "populations along one direction go through an obstacle") \
   EACH(outflow_density_ignored, "an outflow lets out at density 1 whatever was asked") \
   EACH(outflow_without_shear, "an outflow does not know the shear of the node inside") \
+  EACH(outflow_of_last_node, "what leaves by an outflow is carried on from the last node alone") \
   EACH(parabola_off_by_half_a_node, "the parabola of an inflow is half a node off its walls") \
+  EACH(parabola_of_last_walls, "an inflow between four walls is a parabola between two of them") \
   EACH(obstacle_without_images, "an obstacle across a periodic edge lacks its part beyond") \
   EACH(initial_stress_reversed, "populations to start from have the stress of the opposite shear") \
   EACH(row_end_not_turned, "what wraps round the high end of a row keeps its lane") \
@@ -117,6 +119,7 @@ namespace veriflex {
   EACH(reaction_missing, "the fluid does not feel a body") \
   EACH(reaction_doubled, "the fluid feels a body twice") \
   EACH(markers_stay_behind, "markers of an elastic body stay where it was undeformed") \
+  EACH(supports_kept_too_long, "supports of markers are found anew in every second step") \
   EACH(prescribed_velocity_ahead, "a given motion has the velocity of half a step later") \
   EACH(uniform_force_ahead, "a uniform force is that of the next step") \
   EACH(bodies_not_restored, "a state that is put back leaves the bodies where they are") \
@@ -135,6 +138,7 @@ namespace veriflex {
   EACH(strain_of_last_step, "the largest strain between rows is that of the last step") \
   EACH(slip_without_root, "the root mean square of the slip is its mean square") \
   EACH(inertia_of_points, "the tensor of inertia adds r r^T instead of taking it off") \
+  EACH(turns_of_first_body, "the turning of all bodies is added to that of the first") \
   EACH(observer_rounds_down, "an observer whose interval is no whole number of steps misses rows") \
   EACH(mach_without_sound, "the Mach number is the speed") \
   EACH(momentum_as_velocity, "the velocity at a node is its momentum") \
@@ -172,7 +176,16 @@ namespace veriflex {
   EACH(slip_reference_off, "the exact slip of a half-way wall is that of a wall elsewhere") \
   EACH(duct_series_thinned, "the series of a square duct takes every second term") \
   EACH(womersley_real, "the exact oscillating flow has the wrong phase") \
-  EACH(norm_of_squares, "an error in L2 lacks its root")
+  EACH(norm_of_squares, "an error in L2 lacks its root") \
+  EACH(swing_through_zero, "a period is counted between rises through zero, not through the mean") \
+  EACH(period_of_one_more, "a mean period is divided by the number of rises") \
+  EACH(passage_without_rates, "when an oscillation passes through rest is found without its rate") \
+  EACH(multirate_order_ignored, "the steps of the multirate method have order 3 whatever is asked for") \
+  EACH(mean_flow_not_held, "a driven filament may set the whole box in motion") \
+  EACH(harmonic_a_step_early, "the first harmonic of a filament is taken with the phase of a step before") \
+  EACH(interface_at_last_layer, "the surface of an elastic layer is at its last nodes, not half a cell beyond") \
+  EACH(checkpoint_without_moments, "a checkpoint of a fluid of moments holds its populations alone") \
+  EACH(memories_not_resumed, "a run that goes on forgets what its series have added up")
 // clang-format on
 
 #define VERIFLEX_MUTANT(name, text) name,

@@ -40,7 +40,7 @@ double share_of(const Inflow& inflow, const Spec& spec, std::size_t axis,
     const double s =
         (static_cast<double>(at[other]) + (planted(Mutant::parabola_off_by_half_a_node) ? 0.0 : 0.5)) /
         static_cast<double>(spec.grid.size[other]);
-    share *= 4.0 * s * (1.0 - s);
+    share = (planted(Mutant::parabola_of_last_walls) ? 1.0 : share) * (4.0 * s * (1.0 - s));
   }
   return share;
 }
@@ -135,7 +135,9 @@ std::vector<Outlet> outlets_of(const Spec& spec, const std::vector<bool>& is_obs
 
 Populations returned_at(const Outlet& outlet, const Populations& here, const Populations& inside) {
   Populations mean;
-  for (std::size_t q = 0; q < mean.size(); ++q) mean[q] = 0.5 * (here[q] + inside[q]);
+  for (std::size_t q = 0; q < mean.size(); ++q) {
+    mean[q] = 0.5 * (here[q] + (planted(Mutant::outflow_of_last_node) ? here[q] : inside[q]));
+  }
   const double density = 1.0 + density_deviation(mean);
   if (planted(Mutant::outflow_without_shear)) mean = equilibrium(density, momentum(mean) / density);
   Populations returned{};

@@ -256,7 +256,7 @@ Series rigid_motion(const scene::Scene& scene) {
       } else {
         Eigen::Map<Vec3> turn(at);
         turn += angular_velocity(body);
-        at += 3;
+        at += planted(Mutant::turns_of_first_body) ? 0 : 3;
       }
     });
   };

@@ -63,7 +63,7 @@ void MovingBody::put_markers() {
 }
 
 void MovingBody::locate() {
-  put_markers();
+  if (!(planted(Mutant::supports_kept_too_long) && steps_ % 2 == 1)) put_markers();
   try {
     if (prescribed_) {
       prescribed_->place(markers_);

@@ -90,6 +90,24 @@ TEST_CASE("In a channel of small viscosity the flow stays steady up to the outfl
   CHECK(changed / 41.0 < 0.003 * 0.1);
 }
 
+TEST_CASE("Into a duct a parabolic inflow falls off towards all four walls") {
+  Spec spec = channel(8, 6, 0.8);
+  spec.grid.size[2] = 4;
+  spec.walls[2] = Walls{};
+  const auto share = [](std::int64_t at, double nodes) {
+    const double s = (static_cast<double>(at) + 0.5) / nodes;
+    return 4.0 * s * (1.0 - s);
+  };
+  int straight_in = 0;
+  for (const Gain& gain : gains_of(spec)) {
+    if (along(gain.q, Vec3::UnitX()) != 1.0 || w(gain.q) != 1.0 / 9.0) continue;
+    const auto at = spec.grid.node(gain.node);
+    CHECK(gain.value == Approx(6.0 / 9.0 * speed * share(at[1], 6.0) * share(at[2], 4.0)).epsilon(1e-14));
+    ++straight_in;
+  }
+  CHECK(straight_in == 24);
+}
+
 TEST_CASE("In a steady flow as much leaves as enters, at every section") {
   const auto fluid = steady(channel(24, 8, 0.9), 6000);
   const double entering = flux(*fluid, 0);

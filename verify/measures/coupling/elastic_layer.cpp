@@ -7,6 +7,7 @@
 
 #include "analytic/elastic_layer.hpp"
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
@@ -108,7 +109,7 @@ Eigen::VectorXcd amplitudes(const LayerStudy& study, scene::Simulation& simulati
 /// The interface is half a cell outside of the last layer of nodes.
 Complex at_interface(const Eigen::VectorXcd& v) {
   const Eigen::Index last = v.size() - 1;
-  return v[last] + 0.5 * (v[last] - v[last - 1]);
+  return v[last] + (planted(Mutant::interface_at_last_layer) ? 0.0 : 0.5) * (v[last] - v[last - 1]);
 }
 
 Observations elastic_layer_observations() {

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "analytic/driven_filament.hpp"
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "engine/check_coupling.hpp"
 #include "engine/check_place.hpp"
@@ -85,7 +86,8 @@ class HeldFluid {
     body.move();
     body.spread();
     const fluid::NodeForces reaction = body.reaction();
-    force_.rowwise() = reaction.force->colwise().sum() / -static_cast<double>(force_.rows());
+    force_.rowwise() = (planted(Mutant::mean_flow_not_held) ? 0.0 : 1.0) * reaction.force->colwise().sum() /
+                       -static_cast<double>(force_.rows());
     for (std::size_t i = 0; i < reaction.nodes.size(); ++i)
       force_.row(reaction.nodes[i]) += reaction.force->row(static_cast<Index>(i));
     fluid_->collide_and_stream({nodes_, &force_});
@@ -136,8 +138,9 @@ std::vector<Period> run_periods(const Thrust& study, const VectorXcd& shape) {
     fluid.advance(chain);
     Period& now = seen.back();
     now.thrust -= per_step * chain.exchanged().col(0).sum();
-    const std::complex<double> back =
-        std::polar(2.0 * per_step, -study.omega() * static_cast<double>(step + 1));
+    const std::complex<double> back = std::polar(
+        2.0 * per_step,
+        -study.omega() * static_cast<double>(step + (planted(Mutant::harmonic_a_step_early) ? 0 : 1)));
     now.wave += back * chain.solid().displacement().col(2);
   });
   return seen;

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/parts.hpp"
 #include "engine/columns.hpp"
 #include "measures/scene/scene.hpp"
@@ -69,7 +70,9 @@ void put(io::Hdf5Image& image, const scene::State& state) {
   image.attribute("/simulation", "steps", state.steps);
   if (state.fluid) {
     image.numbers("/simulation/fluid/populations", numbers(state.fluid->populations));
-    image.numbers("/simulation/fluid/moments", numbers(state.fluid->moments));
+    image.numbers("/simulation/fluid/moments", planted(Mutant::checkpoint_without_moments)
+                                                   ? std::span<const double>()
+                                                   : numbers(state.fluid->moments));
     image.attribute("/simulation/fluid", "steps", state.fluid->steps);
   }
   for (std::size_t i = 0; i < state.bodies.size(); ++i) {
@@ -188,7 +191,8 @@ void Running::take_from(const io::Hdf5File& file) {
               fmt::format("{} values in {}, not {}", values.size(), column_path(r, c), rows));
       records[r].columns[c].values = std::move(values);
     }
-    if (memories[r]) *memories[r] = numbers(file, fmt::format("/memories/{}", r), memories[r]->size());
+    if (memories[r] && !planted(Mutant::memories_not_resumed))
+      *memories[r] = numbers(file, fmt::format("/memories/{}", r), memories[r]->size());
   }
   // Those of the start have been said again.
   const std::vector<std::string> warnings = file.texts("/warnings");

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/memory.hpp"
+#include "base/mutant.hpp"
 #include "base/reduce.hpp"
 #include "engine/read_scene.hpp"
 #include "measures/scene/scene.hpp"
@@ -203,7 +204,7 @@ Periods periods_of(const Record& record, const Observation::Swing& swing) {
   const std::vector<double>& values = record.find(swing.column)->values;
   const Eigen::Index begin = row_from(record, swing.from);
   const Eigen::Map<const Eigen::VectorXd> late(values.data() + begin, std::ssize(values) - begin);
-  const double mean = late.size() > 0 ? late.mean() : 0.0;
+  const double mean = late.size() > 0 && !planted(Mutant::swing_through_zero) ? late.mean() : 0.0;
   std::vector<double> rises;
   std::size_t first = 0, last = 0;
   for (auto i = static_cast<std::size_t>(begin) + 1; i < values.size(); ++i) {
@@ -220,7 +221,8 @@ Periods periods_of(const Record& record, const Observation::Swing& swing) {
         FailureMode::NotConverged);
   }
   return {static_cast<Eigen::Index>(first), static_cast<Eigen::Index>(last - first),
-          (rises.back() - rises.front()) / static_cast<double>(rises.size() - 1)};
+          (rises.back() - rises.front()) /
+              static_cast<double>(rises.size() - (planted(Mutant::period_of_one_more) ? 0 : 1))};
 }
 
 double time_of(const Record& record, const Observation::Reach& reach) {

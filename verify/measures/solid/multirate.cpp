@@ -9,6 +9,7 @@
 #include <type_traits>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/root.hpp"
 #include "base/stop.hpp"
 #include "measures/solid/held.hpp"
@@ -146,8 +147,8 @@ Multirate::Multirate(const solid::Material& material, const solid::Network& netw
   MRIStepInnerStepper stepper = nullptr;
   expect(ARKStepCreateMRIStepInnerStepper(d.fast.get(), &stepper), "sub-steps of a step");
   d.stepper.reset(stepper);
-  const Coupling coupling(
-      made(MRIStepCoupling_LoadTable(order == 3 ? ARKODE_MIS_KW3 : ARKODE_MRI_GARK_ERK45a)));
+  const Coupling coupling(made(MRIStepCoupling_LoadTable(
+      order == 3 || planted(Mutant::multirate_order_ignored) ? ARKODE_MIS_KW3 : ARKODE_MRI_GARK_ERK45a)));
   d.method.reset(made(MRIStepCreate(slow, nullptr, 0.0, d.now.get(), stepper, context)));
   expect(MRIStepSetUserData(d.method.get(), &d), "data");
   expect(MRIStepSetErrFile(d.method.get(), nullptr), "silence");

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "base/error.hpp"
+#include "base/mutant.hpp"
 #include "base/named.hpp"
 #include "base/quadrature.hpp"
 #include "base/root.hpp"
@@ -223,7 +224,8 @@ double passage_between(const Sample& before, const Sample& after) {
   const auto amount_at = [&](double s) {
     const double r = 1.0 - s;
     return r * r * (1.0 + 2.0 * s) * before.amount + s * s * (1.0 + 2.0 * r) * after.amount +
-           s * r * dt * (r * before.rate - s * after.rate);
+           (planted(Mutant::passage_without_rates) ? 0.0 : 1.0) * s * r * dt *
+               (r * before.rate - s * after.rate);
   };
   return before.time + dt * bracketed_root(amount_at, 0.0, 1.0);
 }
