@@ -33,7 +33,7 @@ EXCLUDED = [
     (r"\busing\b|\bnamespace\b|\btemplate\b|\bstruct\b|\bclass\b|\benum\b|\bconcept\b|^\s*friend\b", "declaration"),
     (r"worth_threads|if \((links|count|pushes_\.size\(\)) > 1000|omp_get|num_threads|\bthreads?\b", "from when on a loop has several threads"),
     (r"reserve\(|shrink_to_fit|prefetch|cache|\bpage\b|streams|block_size|at_once", "speed alone: buffers, caches, sizes of blocks"),
-    (r"seconds_|watch\.|steady_clock|std::clock", "time that something took"),
+    (r"seconds_|watch\.|steady_clock|std::clock|\bto\.(wall|cpu)\b", "time that something took"),
     (r"planted\(", "a planted bug's switch"),
     (r"\bmeaning\b|columns\.push_back\(\{|add_vector\(|Column ", "words of a table"),
 ]
