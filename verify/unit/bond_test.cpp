@@ -92,6 +92,13 @@ TEST_CASE("The rest state of the paper's bond has the exact values") {
   CHECK(tight.rest_length == Approx(0.938137323331196937928462).epsilon(1e-14));
 }
 
+TEST_CASE("At any length a bond has the modulus and the force per strain of its stiffness there") {
+  const AnyLaw law = fene_lj(1.0, 1.0);
+  const double length = 1.2, k = stiffness(law, length);
+  CHECK(derive_at(law, length).force_per_strain == Approx(k * length).epsilon(1e-14));
+  CHECK(derive_at(law, length).young_modulus == Approx(k / length).epsilon(1e-14));
+}
+
 TEST_CASE("At the rest length no double is nearer to zero tension") {
   for (const AnyLaw& law : examples()) {
     const double r = derive(law).rest_length;
