@@ -24,10 +24,10 @@ scene::Body free_block(const solid::Block& block) {
           .name = "block"};
 }
 
-/// The row of a series after some steps of that body alone.
+/// The row of a series after some steps of those bodies without a fluid.
 std::vector<double> row_after(int steps, observe::Series (*of)(const scene::Scene&),
-                              const scene::Body& body) {
-  const scene::Scene scene{.bodies = {body}};
+                              const std::vector<scene::Body>& bodies) {
+  const scene::Scene scene{.bodies = bodies};
   const observe::Series series = of(scene);
   scene::Simulation simulation(scene);
   if (series.every_step) series.every_step(simulation);
@@ -49,7 +49,7 @@ TEST_CASE("A body that moves as a rigid one has that velocity, angular velocity 
   for (Eigen::Index i = 0; i < rest.rows(); ++i)
     body.start.velocity.row(i) = (velocity + omega.cross(Vec3(x.row(i)))).transpose();
   constexpr int steps = 50;
-  const std::vector<double> row = row_after(steps, &observe::rigid_motion, body);
+  const std::vector<double> row = row_after(steps, &observe::rigid_motion, {body});
   const Vec3 centre = body.place + Vec3(rest.colwise().mean()) + steps * velocity;
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const auto a = static_cast<Eigen::Index>(axis);
@@ -58,6 +58,17 @@ TEST_CASE("A body that moves as a rigid one has that velocity, angular velocity 
     CHECK(row[6 + axis] == Approx(omega[a]).epsilon(1e-3));
     CHECK(row[9 + axis] == Approx(steps * omega[a]).epsilon(1e-3));
   }
+}
+
+TEST_CASE("Each of several bodies turns as it does alone") {
+  scene::Body one = free_block({{2, 3, 2}, 1.0}), other = free_block({{3, 2, 2}, 1.0});
+  one.start.velocity = other.start.velocity = Positions::Zero(12, 3);
+  one.start.velocity(0, 1) = 1e-5;
+  other.start.velocity(5, 2) = -3e-5;
+  std::vector<double> alone = row_after(20, &observe::rigid_motion, {one});
+  const std::vector<double> of_other = row_after(20, &observe::rigid_motion, {other});
+  alone.insert(alone.end(), of_other.begin(), of_other.end());
+  CHECK(row_after(20, &observe::rigid_motion, {one, other}) == alone);
 }
 
 TEST_CASE("Where a single node moves, the body turns by its angular momentum over the inertia of all") {
@@ -70,7 +81,7 @@ TEST_CASE("Where a single node moves, the body turns by its angular momentum ove
     const Positions& rest = body.network.rest;
     const Vec3 x = (rest.row(moving) - rest.colwise().mean()).transpose();
     const Vec3 omega = x.cross(velocity) / (8.0 * 0.5);  // sum of y^2 + z^2 over the corners
-    const std::vector<double> row = row_after(0, &observe::rigid_motion, body);
+    const std::vector<double> row = row_after(0, &observe::rigid_motion, {body});
     for (std::size_t axis = 0; axis < 3; ++axis)
       CHECK(row[6 + axis] == Approx(omega[static_cast<Eigen::Index>(axis)]).epsilon(1e-12));
   }
@@ -81,7 +92,7 @@ TEST_CASE("A line of nodes turns about the axes across it only") {
   body.start.velocity = Positions::Zero(4, 3);
   for (Eigen::Index i = 0; i < 4; ++i)
     body.start.velocity.row(i) = Vec3(1e-5, 0.0, 0.0).cross(Vec3(body.network.rest.row(i))).transpose();
-  const std::vector<double> row = row_after(0, &observe::rigid_motion, body);
+  const std::vector<double> row = row_after(0, &observe::rigid_motion, {body});
   CHECK(row[6] == Approx(1e-5).epsilon(1e-10));
   CHECK(row[7] == Approx(0.0).margin(1e-18));
   CHECK(row[8] == Approx(0.0).margin(1e-18));
@@ -93,7 +104,7 @@ TEST_CASE("An affine map of a body has its own principal stretches, however it i
   const Mat3 other = Eigen::AngleAxisd(0.7, Vec3::UnitX()).toRotationMatrix();
   const Mat3 map = turn * Vec3(1.1, 0.8, 1.0).asDiagonal() * other;
   body.start.displacement = body.network.rest * (map - Mat3::Identity()).transpose();
-  const std::vector<double> row = row_after(0, &observe::deformation, body);
+  const std::vector<double> row = row_after(0, &observe::deformation, {body});
   REQUIRE(row.size() == 4);
   CHECK(row[0] == Approx(1.1).epsilon(1e-12));
   CHECK(row[1] == Approx(1.0).epsilon(1e-12));
