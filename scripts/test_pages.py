@@ -66,7 +66,7 @@ class Followed(unittest.TestCase):
 
 class Links(unittest.TestCase):
     def test_each_leads_to_a_file(self):
-        for page in (ROOT / "README.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").glob("*.md")):
+        for page in (ROOT / "README.md", ROOT / "ARCHITECTURE.md", *(ROOT / "docs").rglob("*.md")):
             for target in re.findall(r"\]\(([^)#\s]+)\)", page.read_text("utf-8")):
                 self.assertTrue((page.parent / target).exists(), f"{page.name}: {target}")
 

@@ -286,16 +286,20 @@ TEST_CASE("The examples in the schema documents are valid") {
 }
 
 TEST_CASE("No table of a page is broken by an empty line") {
+  std::vector<fs::path> pages = files(root / "docs", ".md");
+  for (const fs::path& page : files(root / "docs" / "findings", ".md")) pages.push_back(page);
   for (const char* page :
-       {"README.md", "ARCHITECTURE.md", "cases/README.md", "reference/README.md", "verify/README.md"}) {
+       {"README.md", "ARCHITECTURE.md", "cases/README.md", "reference/README.md", "verify/README.md"})
+    pages.push_back(root / page);
+  for (const fs::path& page : pages) {
     std::vector<std::string> lines;
-    std::istringstream text(io::read_file(root / page));
+    std::istringstream text(io::read_file(page));
     for (std::string line; std::getline(text, line);) lines.push_back(line);
     lines.emplace_back();
     for (std::size_t i = 1; i + 1 < lines.size(); ++i) {
       const bool begins = lines[i].starts_with('|') && !lines[i - 1].starts_with('|');
       if (begins && !lines[i + 1].starts_with("|-"))
-        FAIL_CHECK(page << ":" << i + 1 << " begins a table without a head");
+        FAIL_CHECK(page.string() << ":" << i + 1 << " begins a table without a head");
     }
   }
 }
