@@ -35,8 +35,8 @@ constexpr const char* filament_study = "cost-filament";
 constexpr const char* rounds_key = "coupling.forcing_iterations";
 constexpr double angle_over_bond = 0.025 / 0.26;  // k_a/(k r0^2) of the paper
 constexpr std::int64_t enough_sections = 9;       // largest frequencies are those of any longer rod
-constexpr int most_substeps = 64;                 // beyond, a step in one piece costs less (docs/findings/solid.md)
-constexpr double least_tau = 0.51;                // see engine::quantities(), and
+constexpr int most_substeps = 64;   // beyond, a step in one piece costs less (docs/findings/solid.md)
+constexpr double least_tau = 0.51;  // see engine::quantities(), and
 constexpr double largest_mach = 0.1;
 // Of the wanted error: what the drag of the section, the Mach number and the box may take.
 constexpr double drag_share = 0.5, mach_share = 0.25, box_share = 0.25;

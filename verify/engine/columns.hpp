@@ -40,23 +40,27 @@ class Columns {
   std::optional<std::size_t> rows_;
 };
 
+[[noreturn]] inline void lacks_column(const io::Hdf5File& file, const observe::Record& table,
+                                      const std::string& what) {
+  throw InputError({file.name()}, fmt::format("there are no {} in {}", what, table.name),
+                   "the file is not as its schema says", "Run the case again");
+}
+
 /// The numbers of a column that a table of `file` is to have. Throws InputError, which names the file, where
 /// there is none, or one of words.
 inline const std::vector<double>& numbers_in(const observe::Record& table, const std::string& name,
                                              const io::Hdf5File& file) {
   const observe::Column* found = table.find(name);
-  if (found != nullptr && found->texts.empty()) return found->values;
-  throw InputError({file.name()}, fmt::format("there are no numbers '{}' in {}", name, table.name),
-                   "the file is not as its schema says", "Run the case again");
+  if (found == nullptr || !found->texts.empty()) lacks_column(file, table, fmt::format("numbers '{}'", name));
+  return found->values;
 }
 
 /// The words of such a column, likewise.
 inline const std::vector<std::string>& words_in(const observe::Record& table, const std::string& name,
                                                 const io::Hdf5File& file) {
   const observe::Column* found = table.find(name);
-  if (found != nullptr && found->values.empty()) return found->texts;
-  throw InputError({file.name()}, fmt::format("there are no words '{}' in {}", name, table.name),
-                   "the file is not as its schema says", "Run the case again");
+  if (found == nullptr || !found->values.empty()) lacks_column(file, table, fmt::format("words '{}'", name));
+  return found->texts;
 }
 
 /// The metrics that such a group holds.

@@ -145,9 +145,8 @@ void hand_over_snapshot(const Observation& observation, const scene::Simulation&
 
 /// `<record>.<column>.last` of its rows, `.mean`, `.min` and `.max` of those since `mean_from`; `.reached`,
 /// the time when the column that `reaches` names comes to its value; `.period` of the column that `swings`
-/// names, and `.swing_mean`,
-/// `.swing_min` and `.swing_max` of every column over whole periods. Throws NumericalFailure when it never
-/// comes there, or has no two periods.
+/// names, and `.swing_mean`, `.swing_min` and `.swing_max` of every column over whole periods. Throws
+/// NumericalFailure when it never comes there, or has no two periods.
 std::vector<observe::Metric> metrics_of(const Observation& observation, const observe::Record& record);
 
 }  // namespace veriflex::measures

@@ -14,9 +14,8 @@ namespace veriflex::measures {
 class RungeKutta {
  public:
   /// Starts at displacement u and velocity v at time 0. `drag` is the force per velocity and node  [M T^-1].
-  /// Each step's estimated error stays below `tolerance`
-  /// times the largest displacement at the start, and of velocities the same times `frequency`, that of the
-  /// motion  [T^-1]. The network must outlive the motion.
+  /// Each step's estimated error stays below `tolerance` times the largest displacement at the start, and of
+  /// velocities the same times `frequency`, that of the motion  [T^-1]. The network must outlive the motion.
   RungeKutta(const solid::Material& material, const solid::Network& network, double node_mass, double drag,
              double tolerance, double frequency, const Positions& u, const Positions& v);
   ~RungeKutta();
