@@ -78,12 +78,12 @@ constexpr std::int64_t steps = 90;
 
 /// A scene of a text that runs as the driver `scene` runs it.
 struct Live {
-  explicit Live(const std::string& text)
+  explicit Live(const std::string& text, const observe::MonitorSpec& monitor = {})
       : top(io::parse_document(text, "scene.toml")),
         scene(measures::read_fluid_and_bodies(top).scene),
         observations(measures::read_observations(top, scene, 100.0, steps)),
         simulation(scene),
-        run(simulation, {}, make_observers(), "", progress) {}
+        run(simulation, monitor, make_observers(), "", progress) {}
 
   std::vector<observe::Observer> make_observers() {
     std::vector<observe::Observer> observers;
@@ -232,6 +232,28 @@ TEST_CASE("What a run knows of its last good state survives a checkpoint") {
     CHECK(one.good[i].value == other.good[i].value);
   }
   CHECK(one.good_nodes == other.good_nodes);
+}
+
+TEST_CASE("The largest work of each body's load so far survives a checkpoint") {
+  const auto loaded = [](const std::string& name, const std::string& force) {
+    return "[[body]]\nname = \"" + name +
+           "\"\nshape = { rod = { radius = 1.0, sections = 5 } }\nplace = [5.0, 5.0, 3.0]\n" +
+           "bond = { law = \"harmonic\", bond_stiffness = 0.26, rest_length = 1.0 }\nangle = { stiffness = "
+           "0.025 }\n" +
+           "clamped = \"first section\"\nload = { nodes = \"last section\", force = [" + force +
+           ", 0.0, 0.0] }\n\n";
+  };
+  const std::string text = loaded("a", "1e-5") + loaded("b", "2e-5");
+  const observe::MonitorSpec monitor{.every = 10, .bodies = {.energy_growth = 10.0}};
+  Live first(text, monitor);
+  first.run.advance(30, steps);
+  const observe::Run::State before = first.run.state();
+  REQUIRE(before.load_work.size() == 2);
+  CHECK(before.load_work[0] > 0.0);
+  CHECK(before.load_work[1] > 2.0 * before.load_work[0]);
+  Live second(text, monitor);
+  second.run.restore(before);
+  CHECK(second.run.state().load_work == before.load_work);
 }
 
 TEST_CASE("What is built to put a state back does not count as built") {

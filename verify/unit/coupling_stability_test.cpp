@@ -5,6 +5,7 @@
 
 #include <Eigen/Dense>
 #include <cmath>
+#include <numbers>
 #include <random>
 
 #include "base/root.hpp"
@@ -319,6 +320,36 @@ TEST_CASE(
   }
   const scene::CoupledStep fast(box, under_stress(1e-2), scene::FluidMemory::Keeps);
   CHECK_FALSE(scene::AlternatingGrowth::of(fast, scene::scales_of(fast)).has_value());
+}
+
+TEST_CASE(
+    "Frozen forces alternate while no mode turns by half a circle in a step, in however many sub-steps") {
+  const double stiffest =
+      scene::scales_of(scene::CoupledStep(box, rod(4, 1.0, 1), scene::FluidMemory::Keeps)).stiffness;
+  for (const int substeps : {1, 2, 4, 8}) {
+    for (const double turn : {0.8, 1.05}) {  // of a half
+      const double cosine = std::cos(turn * std::numbers::pi / substeps);
+      const double mass = stiffest / (2.0 * substeps * substeps * (1.0 - cosine));
+      const scene::CoupledStep step(box, rod(4, mass, substeps), scene::FluidMemory::Keeps);
+      INFO(substeps << " sub-steps, " << turn << " half turns");
+      CHECK(scene::AlternatingGrowth::of(step, scene::scales_of(step)).has_value() == (turn < 1.0));
+    }
+  }
+}
+
+TEST_CASE("Of many bodies that grow about alike the mean growth is found") {
+  // So near to each other that no Krylov space of a few dimensions tells their eigenvalues apart.
+  const fluid::Spec wide{.grid = {{64, 64, 20}}, .relaxation_time = 1.0};
+  const double mass = 0.98 * scene::critical_node_mass(box, one_node(0.26, 1.0, 2, true), 1e-6);
+  std::vector<scene::Body> bodies;
+  for (int i = 0; i < 64; ++i) {
+    scene::Body& body = bodies.emplace_back(one_node(0.26 * (1.0 + 1e-4 * i), mass, 2, true));
+    body.place = {8.0 * (i % 8) + 4.3, 8.0 * (i / 8) + 3.9, 8.6};
+  }
+  const scene::CoupledStep step(wide, bodies, scene::FluidMemory::Keeps);
+  const double all = scene::dense_growth(step).factor;
+  REQUIRE(all > 1.001);
+  CHECK(scene::large_growth(step).factor - 1.0 == Approx(all - 1.0).epsilon(0.05));
 }
 
 TEST_CASE("A weaker exchange is as stable as a strong one") {

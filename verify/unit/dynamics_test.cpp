@@ -312,6 +312,23 @@ TEST_CASE(
   CHECK(tense.substeps() > relaxed.substeps());
 }
 
+TEST_CASE("Automatic sub-steps follow the stiffest bond during a run, up and down") {
+  // A bond that is let go from its shorter side stiffens by a multiple, and softens beyond its rest.
+  const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
+  Positions v = zero(pair);
+  v(1, 2) = -0.05;
+  Leapfrog motion({paper_fene, 0.0}, pair, {}, 1.0, {1, 0.02}, zero(pair), v);
+  const int at_start = motion.substeps();
+  int most = at_start, least_after = at_start;
+  for (int step = 0; step < 400; ++step) {
+    motion.step();
+    if (motion.substeps() > most) least_after = most = motion.substeps();
+    least_after = std::min(least_after, motion.substeps());
+  }
+  CHECK(most > at_start);
+  CHECK(least_after < most);
+}
+
 TEST_CASE(
     "Held nodes stay, driven nodes go where they are told, a loaded body with drag ends at its static "
     "response") {

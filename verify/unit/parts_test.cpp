@@ -104,6 +104,21 @@ TEST_CASE("A copy of a part shares what that one shares, and leaves it there at 
   CHECK(parts::peak().bytes == 100.0);
 }
 
+TEST_CASE(
+    "What was allocated is told beside the most that parts took, with those that were there at the start") {
+  if (!allocator_tells()) return;
+  constexpr std::size_t there = 1'000'000, more = 500'000;
+  const auto counted = [](std::size_t size) {
+    return parts::Built(Kind::Bonds, 8.0 * static_cast<double>(size));
+  };
+  const std::vector<double> before(there);
+  const parts::Built of_before = counted(there);
+  parts::restart();
+  const std::vector<double> after(more);
+  const parts::Built of_after = counted(more);
+  CHECK(parts::peak().allocated == Approx(8.0 * static_cast<double>(there + more)).epsilon(1e-3));
+}
+
 TEST_CASE("Parts, their plan and the allocator agree on a scene's memory within 2 %") {
   scene::Scene scene;
   SECTION("a body alone") { scene.bodies = {rod(400, false)}; }
@@ -118,6 +133,10 @@ TEST_CASE("Parts, their plan and the allocator agree on a scene's memory within 
   SECTION("moments in float between walls") {
     scene.fluid = box(1.0);
     scene.fluid->storage = fluid::Storage::Float;
+    scene.fluid->walls[0].emplace();
+  }
+  SECTION("populations in a gap between walls") {
+    scene.fluid = fluid::Spec{{{2, 150, 150}}, 0.8};
     scene.fluid->walls[0].emplace();
   }
   SECTION("populations around an obstacle") {

@@ -34,6 +34,11 @@ TEST_CASE("A minimum is found to the square root of the precision") {
         Approx(0.3).margin(1e-7));
 }
 
+TEST_CASE("A bracket that holds no minimum is refused, and a level one is none that failed") {
+  CHECK_THROWS_AS(bracketed_minimum([](double x) { return x; }, -1.0, 0.0, 1.0), NumericalFailure);
+  CHECK_THROWS_AS(bracketed_minimum([](double) { return NAN; }, -1.0, 0.0, 1.0), NumericalFailure);
+}
+
 TEST_CASE("The central derivative estimates its own error") {
   const Derivative d = central_derivative([](double x) { return std::sin(x); }, 1.0, 1e-3);
   CHECK(std::abs(d.value - std::cos(1.0)) <= d.error);

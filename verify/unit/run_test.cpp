@@ -455,6 +455,21 @@ TEST_CASE("accept reads back what it writes, keeps what is there, and its tolera
   CHECK(folder.run({"accept", "bad.toml", "--reason", "fifth", "--replace"}).code == 0);
 }
 
+TEST_CASE(
+    "What is in a file is listed by name from the first on, and what is not there is missing, groups on the "
+    "way too") {
+  const Folder folder;
+  io::Hdf5Image image;
+  for (const char* path : {"/data/c", "/data/a", "/data/b"}) image.numbers(path, std::vector{1.0});
+  io::write_file(folder.path() / "x.h5", image.bytes());
+  const io::Hdf5File file(folder.path() / "x.h5");
+  CHECK(file.names("/data") == std::vector<std::string>{"a", "b", "c"});
+  CHECK(file.holds("/data/a"));
+  CHECK_FALSE(file.holds("/data/d"));
+  CHECK_FALSE(file.holds("/nothing/a"));
+  CHECK_FALSE(file.holds("/nothing/at/all"));
+}
+
 TEST_CASE("A damaged result is found by its checksum before the HDF5 library sees it") {
   const Folder folder;
   folder.write("bad.toml", good_case);
@@ -521,13 +536,14 @@ TEST_CASE("A file that is being written is not swept, what killed writers left i
   const fs::path stale = folder.path() / ".veriflex-1-0.part";
   const fs::path held = folder.path() / ".veriflex-2-0.part";
   folder.write(".veriflex-1-0.part", "");
-  folder.write("movie.part1", "mine");
+  for (const char* name : {"movie.part1", "movie.part", ".veriflex-notes"}) folder.write(name, "mine");
   const int file = open(held.c_str(), O_CREAT | O_WRONLY, 0600);
   REQUIRE(flock(file, LOCK_EX) == 0);
   io::write_file(folder.path() / "x", std::string("whole"));
   CHECK_FALSE(fs::exists(stale));
   CHECK(fs::exists(held));
-  CHECK(fs::exists(folder.path() / "movie.part1"));
+  for (const char* name : {"movie.part1", "movie.part", ".veriflex-notes"})
+    CHECK(fs::exists(folder.path() / name));
   close(file);
   folder.write("bad.toml", good_case);
   const Ran small = folder.shell("ulimit -f 8; \"$V\" run bad.toml --out small");
