@@ -7,10 +7,8 @@
 #include "engine/rates.hpp"
 #include "engine/result.hpp"
 #include "engine/stored_result.hpp"
-#include "engine/symbols.hpp"
 #include "io/hdf5.hpp"
 #include "run_cases.hpp"
-#include "studies/grid.hpp"
 #include "threads.hpp"
 
 namespace veriflex {
@@ -51,32 +49,28 @@ std::optional<double> seconds_of_row(const fs::path& path, const Options& option
   }
 }
 
-// Of all rows: side by side with a thread each, or one after another with all threads, for a time again and
-// again. Nothing where one row's is not known.
-std::optional<double> seconds_of_sweep(const engine::Case& c, const io::Table& sweep, const Options& options,
-                                       int threads) {
-  const studies::Timing timing = studies::read_timing(sweep);
-  const std::vector<studies::Axis> axes = studies::read_axes(sweep);
+// Nothing where one run's is not known.
+std::optional<double> seconds_of_runs(const engine::Case& c, const engine::Runs& runs, const Options& options,
+                                      int threads) {
   Options of_row = options;
   of_row.is_row = true;
   double sum = 0.0;
-  for (const studies::Cell& cell : studies::cells(axes)) {
+  for (const std::vector<std::string>& settings : runs.settings) {
     of_row.overrides = options.overrides;
-    for (const std::string& one : studies::settings(axes, cell)) of_row.overrides.push_back(one);
-    const std::optional<double> seconds = seconds_of_row(c.path, of_row, timing.timed ? threads : 1);
+    of_row.overrides.insert(of_row.overrides.end(), settings.begin(), settings.end());
+    const std::optional<double> seconds = seconds_of_row(c.path, of_row, runs.side_by_side ? 1 : threads);
     if (!seconds) return std::nullopt;
     sum += *seconds;
   }
-  return timing.timed ? sum * (1 + timing.repeats) : sum / threads;
+  return runs.times * (runs.side_by_side ? sum / threads : sum);
 }
 
 }  // namespace
 
 std::optional<double> estimated_seconds(const engine::Case& c, const Options& options) {
   const int threads = usable_threads(options.threads);
-  if (!c.study.of_many_runs) return seconds_of_run(c.study, threads);
-  const io::Table top = engine::parse_case(c.text, c.path.string(), options.overrides);
-  return top.has("sweep") ? seconds_of_sweep(c, top.table("sweep"), options, threads) : std::nullopt;
+  return c.study.runs ? seconds_of_runs(c, *c.study.runs, options, threads)
+                      : seconds_of_run(c.study, threads);
 }
 
 std::vector<std::optional<double>> expected_seconds(const std::vector<std::string>& names,

@@ -12,7 +12,7 @@ namespace veriflex {
 
 struct Options;
 
-/// What a case will take, where the work of one run, or of every row of a sweep, is known before  [s].
+/// What a case will take, where the work of its run, or of each of its runs, is known before  [s].
 std::optional<double> estimated_seconds(const engine::Case& c, const Options& options);
 
 /// Of each case what it took when its result in options.out was made, else what its plan estimates  [s].

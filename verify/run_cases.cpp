@@ -231,7 +231,7 @@ class Runs {
 
   // Of one run alone: the rows of a study are what is left of it.
   void keep_checkpoints(const Case& c, std::optional<engine::Checkpoints>& checkpoints) const {
-    const bool has_some = c.study.run_with_checkpoints && !c.study.of_many_runs && !options_.is_row;
+    const bool has_some = c.study.run_with_checkpoints && !c.study.runs && !options_.is_row;
     if (has_some) checkpoints.emplace(engine::checkpoint_path(c, options_.out), c, options_.resume);
     if (has_some || !options_.resume) return;
     throw InputError({c.path.string()}, "leaves no checkpoints to go on from",

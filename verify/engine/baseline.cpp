@@ -77,7 +77,7 @@ std::string text_of(const observe::Record& table) {
 }  // namespace
 
 std::optional<observe::Record> table_to_keep(const Result& result) {
-  if (!result.c.study.of_many_runs || result.seen.records.empty()) return std::nullopt;
+  if (!result.c.study.runs || result.seen.records.empty()) return std::nullopt;
   observe::Record table = result.seen.records.front();
   std::erase_if(table.columns, [](const observe::Column& column) {
     const bool is_work = std::any_of(work::fields.begin(), work::fields.end(),

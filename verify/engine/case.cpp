@@ -76,7 +76,7 @@ Uncertainty read_uncertainty(const io::Table& check, const Case& c) {
                "one says how far spacing, step and box may put the measured value off", "Keep one");
   }
   if (by_study) {
-    const std::optional<Asked> gci = c.study.of_many_runs ? read_asked_gci(check) : std::nullopt;
+    const std::optional<Asked> gci = c.study.runs ? read_asked_gci(check) : std::nullopt;
     if (!gci) {
       t.fail("gci_along", "not of the values of a grid",
              "it is taken of the rows of a study, for one of them or their limit",
@@ -153,7 +153,7 @@ void read_target(const io::Table& s, Check& check, Case& c, const Shelf& shelf) 
            fmt::format("reference '{}' has no value '{}'", reference.id, quantity),
            fmt::format("it has: {}", fmt::join(names, ", ")), "Name one of these with quantity = \"...\"");
   }
-  if (!c.study.of_many_runs) need_dimension(found->second.dimension, check, c, s);
+  if (!c.study.runs) need_dimension(found->second.dimension, check, c, s);
   check.target = found->second.value;
   if (check.uncertainty) check.uncertainty->reference = found->second.uncertainty;
   if (!std::isfinite(check.target)) {
@@ -234,13 +234,13 @@ Check read_check(const io::Table& s, Case& c, Shelf& shelf) {
   if (s.has("curve")) {
     const io::Table curve = s.table("curve");
     check.curve = Curve{curve.text("record"), curve.text("x"), curve.text("y")};
-    if (c.study.of_many_runs && is_curve_of_numbers(s)) {
+    if (c.study.runs && is_curve_of_numbers(s)) {
       const Asked asked = read_asked(s);
       check.curve = Curve{asked.name(), last_part(asked.across), asked.metric};
     }
     check.measure = check.curve->record + "." + check.curve->y;
   } else {
-    check.measure = c.study.of_many_runs ? read_asked(s).name() : s.text("metric");
+    check.measure = c.study.runs ? read_asked(s).name() : s.text("metric");
   }
   const std::vector<std::string> known = names_of(measured(c.study));
   if (std::find(known.begin(), known.end(), check.measure) == known.end()) {

@@ -43,7 +43,7 @@ void hold_to_declaration(const Study& study, const observe::Observations& seen) 
 }
 
 void hold_to_plan(const Study& study) {
-  if (study.of_many_runs || planted(Mutant::plan_not_held)) return;
+  if (study.runs || planted(Mutant::plan_not_held)) return;
   const std::vector<std::string> broken = scene::broken_promises(study.plan, parts::made());
   if (!broken.empty())
     throw std::logic_error(fmt::format("the run is not what its plan says: {}", fmt::join(broken, "; ")));

@@ -24,6 +24,13 @@ struct OtherCode {
   std::string of_case;   // id of the case that asks this program the same; empty: none is named
 };
 
+/// The runs of a study that makes many of one case.
+struct Runs {
+  std::vector<std::vector<std::string>> settings;  // what each changes in the case, as --set takes it
+  bool side_by_side = true;  // with a thread each; else one after another with all threads
+  int times = 1;             // that each is made
+};
+
 struct Study {
   scene::Plan plan;
   /// What a run measures: metrics, whose values mean nothing yet, and records without rows. The one place
@@ -38,8 +45,9 @@ struct Study {
   /// The same run, which leaves checkpoints behind and goes on from one; empty where the driver has none or
   /// the case asks for none.
   std::function<void(observe::Observations&, Progress&, Cost&, Checkpoints&)> run_with_checkpoints{};
-  /// Whether it makes many runs of a case: its checks ask for numbers of several rows (engine::Asked).
-  bool of_many_runs = false;
+  /// Set where it makes many runs of a case, so that its checks ask for numbers of several rows
+  /// (engine::Asked). Those of a search are such as it would make were what it looks for in the middle.
+  std::optional<Runs> runs{};
   /// What one run will do, scene after scene; nothing where that cannot be known.
   std::function<std::vector<scene::ExpectedWork>()> expects{};
   /// What the case could do without at a price in accuracy; empty: nothing is known of that. Takes a while.

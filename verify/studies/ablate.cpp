@@ -219,10 +219,16 @@ engine::Study read_ablate(const io::Table& table, const std::vector<io::Table>& 
                           .questions = read_questions(checks, "ablate", leading_columns(), asked_of(measure)),
                           .workspace = workspace};
   std::vector<std::string> names;
-  for (std::size_t i = 1; i < ablation.variants.size(); ++i) names.push_back(ablation.variants[i].name);
-  measure.plan.built.push_back(
-      {"ablate", fmt::format("the case beside {} variants: {}", names.size(), fmt::join(names, ", ")), 0.0});
-  declare(measure, ablation.questions);
+  std::vector<std::vector<std::string>> runs;
+  for (const Variant& variant : ablation.variants) {
+    names.push_back(variant.name);
+    runs.push_back(variant.settings);
+  }
+  measure.plan.built.push_back({"ablate",
+                                fmt::format("the case beside {} variants: {}", names.size() - 1,
+                                            fmt::join(names.begin() + 1, names.end(), ", ")),
+                                0.0});
+  declare(measure, ablation.questions, std::move(runs), ablation.timing);
   measure.run = [ablation](Observations& seen, Progress& progress, engine::Cost& cost) {
     run(ablation, seen, progress, cost);
   };

@@ -281,8 +281,18 @@ bool from_moments_alone(const std::string& axis, double x, double from, double t
   return axis.ends_with("relaxation_time") && x != moments && (from == moments || to == moments);
 }
 
+// Values of rows along an axis, less that of moments: so many it takes to see that they follow a law.
+constexpr std::size_t least_values = 3;
+std::size_t values_of_law(const std::string& axis, std::size_t number, const Family& family) {
+  std::set<double> values;
+  for (const Point& row : family.points) values.insert(row[number]);
+  if (axis.ends_with("relaxation_time")) values.erase(variable(axis, 1.0));
+  return values.size();
+}
+
 // Whether a point may be advised: every row at the corners of its cell of the grid has completed, and beyond
-// the grid it lies where the error falls, so that a limit of stability is not stepped over.
+// the grid it lies where the error falls, so that a limit of stability is not stepped over, and the time
+// rises: what were better and cheaper than all rows is the luck of some of them.
 bool is_usable(const std::vector<const Column*>& axes, const Family& family, const Model& model,
                const Point& x) {
   std::vector<std::pair<double, double>> cell;  // the grid's neighbours of x along each axis
@@ -292,9 +302,12 @@ bool is_usable(const std::vector<const Column*>& axes, const Family& family, con
       if (row[axis] <= x[axis]) below = std::max(below, row[axis]);
       if (row[axis] >= x[axis]) above = std::min(above, row[axis]);
     }
-    const bool falls_upwards = model.of_error[static_cast<Eigen::Index>(2 * axis + 1)] > 0.0;
-    if (std::isinf(above) && !falls_upwards) return false;
-    if (std::isinf(below) && falls_upwards) return false;
+    const bool is_swept = below == x[axis];
+    if (!is_swept && values_of_law(axes[axis]->name, axis, family) < least_values) return false;
+    const double falls = model.of_error[static_cast<Eigen::Index>(2 * axis + 1)];
+    const double rises = model.of_time[static_cast<Eigen::Index>(axis + 1)];
+    if (std::isinf(above) && !(falls > 0.0 && rises > 0.0)) return false;
+    if (std::isinf(below) && !(falls < 0.0 && rises < 0.0)) return false;
     const auto [from, to] =
         cell.emplace_back(std::isinf(below) ? above : below, std::isinf(above) ? below : above);
     if (from_moments_alone(axes[axis]->name, x[axis], from, to)) return false;
@@ -310,11 +323,13 @@ bool is_usable(const std::vector<const Column*>& axes, const Family& family, con
   return true;
 }
 
+constexpr double vector = 8.0;  // nodes of a row that one holds, of 16 in float
+
 // Of a number that was not swept, by those around it or, beyond all, the two next to it.
 double as_even_as_beside(const std::vector<double>& swept, double value) {
   if (swept.size() < 2) return std::max(1.0, std::round(value));
   const auto above = std::upper_bound(swept.begin() + 1, swept.end() - 1, value);
-  return as_even(value, *(above - 1), *above);
+  return as_even(value, *(above - 1), *above, vector);
 }
 
 // Values to try along an axis, up to a factor of two beyond what was swept; whole numbers where all were.

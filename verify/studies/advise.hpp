@@ -53,10 +53,11 @@ struct Advice {
 /// along the axis with the most values is fitted by itself, all other axes as they were swept, and where that
 /// misses too only the rows themselves are offered. Of all rows that have, and of all that is predicted,
 /// times error_factor, to have at most the wanted error the setting with the least time; no farther than a
-/// factor of two beyond the swept range, there only where the error falls, and not in a cell of the grid of
-/// which a corner did not complete or is tau = 1, where the fluid's algorithm is another. Whole numbers are
-/// taken by as_even(). Throws NumericalFailure, with what can be reached instead, when there is none or it
-/// exceeds the budget, and when the rows are too few for a fit.
+/// factor of two beyond the swept range, there only where the error falls and the time rises, only along
+/// axes of three values and more, and not in a cell of the grid of which a corner did not complete or is
+/// tau = 1, where the fluid's algorithm is another. Whole numbers are taken by as_even(). Throws
+/// NumericalFailure, with what can be reached instead, when there is none or it exceeds the budget, and when
+/// the rows are too few for a fit.
 Advice advise(const SweptRows& rows, const Wanted& wanted);
 
 }  // namespace veriflex::studies

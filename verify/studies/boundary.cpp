@@ -97,25 +97,40 @@ std::string text_of(const Boundary& b, double x) {
   return b.whole_numbers ? fmt::format("{:.0f}", x) : io::toml_text(x);
 }
 
+void add(const Boundary& b, Line& line, Look look) {
+  const auto behind = std::find_if(line.looks.begin(), line.looks.end(), [&](const Look& other) {
+    return b.to > b.from ? other.x > look.x : other.x < look.x;
+  });
+  line.looks.insert(behind, std::move(look));
+}
+
+std::vector<std::string> settings_at(const Boundary& b, const Cell& cell, double x) {
+  std::vector<std::string> all = settings(b.axes, cell);
+  all.push_back(b.key + "=" + text_of(b, x));
+  return all;
+}
+
 // Looks at one place of each of the lines, side by side.
 void look(const Boundary& b, std::vector<Line>& lines,
           const std::vector<std::pair<std::size_t, double>>& places, const std::string& phase,
           Progress& progress) {
   std::vector<std::vector<std::string>> asked;
-  for (const auto& [line, x] : places) {
-    asked.push_back(settings(b.axes, lines[line].cell));
-    asked.back().push_back(b.key + "=" + text_of(b, x));
-  }
+  for (const auto& [line, x] : places) asked.push_back(settings_at(b, lines[line].cell, x));
   std::vector<Row> rows = run_rows(b.base, asked, b.workspace, b.timing, phase, progress);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const auto [line, x] = places[i];
     const std::string outcome = b.criterion.outcome(rows[i]);
-    std::vector<Look>& looks = lines[line].looks;
-    const auto behind = std::find_if(looks.begin(), looks.end(), [&, at = x](const Look& l) {
-      return b.to > b.from ? l.x > at : l.x < at;
-    });
-    looks.insert(behind, Look{x, std::move(rows[i]), outcome});
+    add(b, lines[line], {x, std::move(rows[i]), outcome});
   }
+}
+
+std::vector<double> first_places(const Boundary& b) {
+  std::vector<double> places;
+  for (std::size_t p = 0; p < b.points; ++p) {
+    const double x = between(b, b.from, b.to, static_cast<double>(p) / static_cast<double>(b.points - 1));
+    if (places.empty() || x != places.back()) places.push_back(x);
+  }
+  return places;
 }
 
 std::vector<Line> search(const Boundary& b, Progress& progress) {
@@ -126,12 +141,7 @@ std::vector<Line> search(const Boundary& b, Progress& progress) {
   }
   std::vector<std::pair<std::size_t, double>> places;
   for (std::size_t line = 0; line < lines.size(); ++line) {
-    double last = not_a_number;
-    for (std::size_t p = 0; p < b.points; ++p) {
-      const double x = between(b, b.from, b.to, static_cast<double>(p) / static_cast<double>(b.points - 1));
-      if (x != last) places.emplace_back(line, x);
-      last = x;
-    }
+    for (const double x : first_places(b)) places.emplace_back(line, x);
   }
   look(b, lines, places, "bracketing", progress);
   for (;;) {
@@ -142,6 +152,22 @@ std::vector<Line> search(const Boundary& b, Progress& progress) {
     if (places.empty()) return lines;
     look(b, lines, places, "bisection", progress);
   }
+}
+
+// As if on each line the boundary were in the middle.
+std::vector<std::vector<std::string>> expected_runs(const Boundary& b) {
+  const double middle = between(b, b.from, b.to, 0.5);
+  const auto look_at = [&](double x) {
+    return Look{x, {}, std::abs(x - b.from) < std::abs(middle - b.from) ? "completed" : "beyond"};
+  };
+  std::vector<std::vector<std::string>> runs;
+  for (const Cell& cell : cells(b.axes)) {
+    Line line{cell, {}};
+    for (const double x : first_places(b)) add(b, line, look_at(x));
+    while (const std::optional<double> x = next(b, line)) add(b, line, look_at(*x));
+    for (const Look& look : line.looks) runs.push_back(settings_at(b, cell, look.x));
+  }
+  return runs;
 }
 
 std::vector<Column> leading_columns(const std::vector<Axis>& axes) {
@@ -252,7 +278,7 @@ engine::Study read_boundary(const io::Table& table, const std::vector<io::Table>
        fmt::format("runs of the case along {} from {} to {}{}{}, {} to begin with", b.key, b.from, b.to,
                    b.axes.empty() ? "" : ", over ", in_words(b.axes), b.points * cells(b.axes).size()),
        0.0});
-  declare(measure, b.questions);
+  declare(measure, b.questions, expected_runs(b), b.timing);
   measure.run = [b](Observations& seen, Progress& progress, engine::Cost& cost) {
     run(b, seen, progress, cost);
   };

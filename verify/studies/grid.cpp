@@ -80,11 +80,11 @@ Axis read_axis(const io::Table& table) {
 
 }  // namespace
 
-double as_even(double value, double below, double above) {
+double as_even(double value, double below, double above, double least) {
   double shared = 32.0;
   for (const double beside : {below, above})
     while (shared > 1.0 && std::fmod(beside, shared) != 0.0) shared /= 2.0;
-  const double multiple = std::max(0.5 * shared, std::min(shared, 4.0));
+  const double multiple = std::max(0.5 * shared, std::min(shared, least));
   return std::max(multiple, multiple * std::round(value / multiple));
 }
 

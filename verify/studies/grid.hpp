@@ -32,9 +32,9 @@ std::vector<Cell> cells(const std::vector<Axis>& axes);
 std::vector<std::string> settings(const std::vector<Axis>& axes, const Cell& cell);
 
 /// The multiple next to a value of half of the power of two that two whole numbers share, of 16 at most, of
-/// no less than 4 where they share that: a fluid's row of nodes that vectors do not divide takes up to six
-/// times as long.
-double as_even(double value, double below, double above);
+/// no less than `least` where they share that: a fluid's row of nodes that vectors do not divide takes up to
+/// six times as long.
+double as_even(double value, double below, double above, double least = 4.0);
 
 /// The values of an axis's keys where the first has this value: as they are listed, or between and beyond
 /// listed ones by the power law through the two nearest, whole numbers by as_even(); of a list each number.

@@ -246,9 +246,11 @@ engine::Study read_sweep(const io::Table& table, const std::vector<io::Table>& c
       .work = table.has("work") ? table.choice("work", counted) : "bytes_moved",
       .questions = read_questions(checks, "sweep", columns_of(axes), measured),
       .workspace = workspace};
+  std::vector<std::vector<std::string>> runs;
+  for (const Cell& cell : cells(axes)) runs.push_back(settings(axes, cell));
   measure.plan.built.push_back(
-      {"sweep", fmt::format("{} runs of the case, over {}", cells(axes).size(), in_words(axes)), 0.0});
-  declare(measure, sweep.questions);
+      {"sweep", fmt::format("{} runs of the case, over {}", runs.size(), in_words(axes)), 0.0});
+  declare(measure, sweep.questions, std::move(runs), sweep.timing);
   measure.run = [sweep](Observations& seen, Progress& progress, engine::Cost& cost) {
     run(sweep, seen, progress, cost);
   };

@@ -159,12 +159,13 @@ void warn_of_failures(const std::vector<Row>& rows, Progress& progress) {
   }
 }
 
-void declare(engine::Study& study, const Questions& questions) {
+void declare(engine::Study& study, const Questions& questions, std::vector<std::vector<std::string>> runs,
+             const Timing& timing) {
   study.measures.clear();
   study.declares = questions.declares;
   study.declares.metrics.push_back({"rows", {}, "1", "runs of the case"});
   study.declares.metrics.push_back({"rows_completed", {}, "1", "runs that came to their end"});
-  study.of_many_runs = true;
+  study.runs = engine::Runs{std::move(runs), !timing.timed, 1 + timing.repeats};
 }
 
 }  // namespace veriflex::studies

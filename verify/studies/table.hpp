@@ -47,7 +47,9 @@ void count_rows(const std::vector<Row>& rows, observe::Observations& seen);
 /// Warns of rows that did not come to their end.
 void warn_of_failures(const std::vector<Row>& rows, Progress& progress);
 
-/// Makes the study of one run one of many, which measures what its checks ask for, and those two metrics.
-void declare(engine::Study& study, const Questions& questions);
+/// Makes the study of one run one of these runs, which measures what its checks ask for, and those two
+/// metrics.
+void declare(engine::Study& study, const Questions& questions, std::vector<std::vector<std::string>> runs,
+             const Timing& timing);
 
 }  // namespace veriflex::studies

@@ -231,6 +231,6 @@ TEST_CASE("A run that builds what its plan leaves out is an error, one of many r
   CHECK_NOTHROW(engine::hold_to_plan(study));
   const scene::Simulation more({.fluid = box(0.8), .bodies = {rod(5, true)}});
   CHECK_THROWS_AS(engine::hold_to_plan(study), std::logic_error);
-  study.of_many_runs = true;
+  study.runs.emplace();
   CHECK_NOTHROW(engine::hold_to_plan(study));
 }

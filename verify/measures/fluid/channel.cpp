@@ -53,6 +53,12 @@ Common read_common(const io::Table& top, const std::string& axis) {
   return common;
 }
 
+double slowest_rate(const fluid::Spec& fluid, double width) {
+  const double pi = std::numbers::pi;
+  return std::min(pi * pi * fluid::viscosity(fluid.relaxation_time) / (width * width),
+                  1.0 / fluid.relaxation_time);
+}
+
 Steady read_steady(const io::Table& t, double change, const fluid::Spec& fluid, double slowest_width,
                    const std::string& flow) {
   const double least = steady_within_reach(fluid.storage);
@@ -66,12 +72,8 @@ Steady read_steady(const io::Table& t, double change, const fluid::Spec& fluid, 
                        row_of(fluid::storages, fluid.storage).name, least),
            fmt::format("Give at least {:.2g}", least));
   }
-  // The slowest mode across a gap, or what never meets a wall. The change per step is rate exp(-rate t); half
-  // of that time, since amplitudes are known roughly only.
-  const double pi = std::numbers::pi;
-  const double rate =
-      std::min(pi * pi * fluid::viscosity(fluid.relaxation_time) / (slowest_width * slowest_width),
-               1.0 / fluid.relaxation_time);
+  // The change per step is rate exp(-rate t); half of that time, since amplitudes are known roughly only.
+  const double rate = slowest_rate(fluid, slowest_width);
   const double steps = 0.5 * std::log(std::max(1.0, rate / steady.change)) / rate;
   if (steps > static_cast<double>(steady.step_limit)) {
     t.fail(t.has("step_limit") ? "step_limit" : "nodes",

@@ -32,6 +32,9 @@ std::int64_t read_nodes(const io::Table& t);
 Steady read_steady(const io::Table& t, double change, const fluid::Spec& fluid, double slowest_width,
                    const std::string& flow);
 
+/// By how much a step the slowest motion across a gap of that width decays, or what never meets a wall.
+double slowest_rate(const fluid::Spec& fluid, double width);
+
 /// Nodes along an axis along which nothing varies.
 constexpr std::int64_t breadth = 4;
 

@@ -93,7 +93,9 @@ engine::Study read_couette(const io::Table& top) {
       .common = common,
       .steady = read_steady(top.table("channel"), 1e-15, common.fluid, static_cast<double>(common.nodes),
                             fmt::format("a gap of {} nodes", common.nodes))};
-  return study_of(top, {.fluid = spec_of(study)}, couette_observations(), study, run_couette);
+  return study_of(
+      top, {.fluid = spec_of(study)}, couette_observations(), study, run_couette,
+      steps_to_steady(study.steady, slowest_rate(common.fluid, static_cast<double>(common.nodes))));
 }
 
 }  // namespace veriflex::measures::channel

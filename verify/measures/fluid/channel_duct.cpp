@@ -122,7 +122,10 @@ engine::Study read_duct(const io::Table& top) {
       .common = common,
       .steady = read_steady(top.table("channel"), 1e-12, common.fluid, static_cast<double>(common.nodes),
                             fmt::format("a duct of {} nodes", common.nodes))};
-  return study_of(top, {.fluid = spec_of(study)}, duct_observations(), study, run_duct);
+  // Between two pairs of walls.
+  const double rate = 2.0 * slowest_rate(common.fluid, static_cast<double>(common.nodes));
+  return study_of(top, {.fluid = spec_of(study)}, duct_observations(), study, run_duct,
+                  steps_to_steady(study.steady, rate));
 }
 
 }  // namespace veriflex::measures::channel

@@ -123,7 +123,11 @@ engine::Study read_poiseuille(const io::Table& top) {
            fmt::format("it takes between 1 and {:.1g}", engine::max_steps),
            "After 2.5 the slowest mode has fallen to 2e-11; use fewer nodes or a larger relaxation time");
   }
-  return study_of(top, {.fluid = spec_of(study)}, poiseuille_observations(), study, run_poiseuille);
+  const std::int64_t steps =
+      study.viscous_times > 0.0
+          ? static_cast<std::int64_t>(study.steps())
+          : steps_to_steady(study.steady, slowest_rate(common.fluid, static_cast<double>(common.nodes)));
+  return study_of(top, {.fluid = spec_of(study)}, poiseuille_observations(), study, run_poiseuille, steps);
 }
 
 }  // namespace veriflex::measures::channel

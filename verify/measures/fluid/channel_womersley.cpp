@@ -119,7 +119,7 @@ engine::Study read_womersley(const io::Table& top) {
            fmt::format("{:.1g} is the most", engine::max_steps), "Use a shorter period or fewer of them");
   }
   return study_of(top, {.fluid = gap(study.common), .uniform_force = true}, womersley_observations(), study,
-                  run_womersley);
+                  run_womersley, study.periods * study.period);
 }
 
 }  // namespace veriflex::measures::channel

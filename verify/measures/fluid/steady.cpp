@@ -55,6 +55,13 @@ scene::Simulation run_to_steady(const fluid::Spec& fluid, std::span<const std::i
   return simulation;
 }
 
+std::int64_t steps_to_steady(const Steady& steady, double rate) {
+  // The velocity changes by rate exp(-rate t) of its last value a step.
+  const double steps = std::log(std::max(1.0, rate / steady.change)) / rate;
+  const auto checks = static_cast<std::int64_t>(std::ceil(steps / static_cast<double>(between_checks)));
+  return std::min(steady.step_limit, between_checks * (1 + checks));
+}
+
 scene::Simulation run_steps(scene::Scene scene, std::int64_t steps, const observe::MonitorSpec& monitor,
                             Progress& progress) {
   scene::Simulation simulation(std::move(scene));

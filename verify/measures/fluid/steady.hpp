@@ -25,15 +25,27 @@ scene::Simulation run_to_steady(const fluid::Spec& fluid, std::span<const std::i
                                 const Steady& steady, const observe::MonitorSpec& monitor,
                                 Progress& progress);
 
-/// A driver's study of one fluid: what was read, what it declares, and the run that measures it.
+/// About how many steps that takes, from rest, where what is slowest decays by `rate` a step and is about as
+/// large at first as the velocity in the end.
+std::int64_t steps_to_steady(const Steady& steady, double rate);
+
+/// A driver's study of one fluid: what was read, what it declares, the run that measures it, and the steps of
+/// that run, about, where they are known.
 template <class Read>
 engine::Study study_of(const io::Table& top, const scene::Outline& outline, observe::Observations declares,
-                       const Read& read, void (*run)(const Read&, observe::Observations&, Progress&)) {
-  return {.plan = engine::read_plan(top, outline),
-          .declares = std::move(declares),
-          .run = [read, run](observe::Observations& seen, Progress& progress, engine::Cost&) {
-            run(read, seen, progress);
-          }};
+                       const Read& read, void (*run)(const Read&, observe::Observations&, Progress&),
+                       std::int64_t steps = 0) {
+  engine::Study study{.plan = engine::read_plan(top, outline),
+                      .declares = std::move(declares),
+                      .run = [read, run](observe::Observations& seen, Progress& progress, engine::Cost&) {
+                        run(read, seen, progress);
+                      }};
+  if (steps > 0) {
+    study.expects = [fluid = *outline.fluid, steps] {
+      return std::vector{*scene::expected_work({.fluid = fluid}, steps)};
+    };
+  }
+  return study;
 }
 
 /// The fluid alone, so many steps.
