@@ -31,6 +31,7 @@ constexpr double least_seconds = 0.15;  // of a measurement
 // Nodes along the axes: the moments of the small box fit the second-level cache, the populations of the large
 // one no cache.
 constexpr std::array<std::array<std::int64_t, 3>, 2> boxes{{{32, 24, 24}, {64, 96, 96}}};
+constexpr std::array<std::int64_t, 3> smallest_box{4, 4, 4};
 constexpr std::array representations{fluid::Representation::Populations, fluid::Representation::Moments};
 constexpr std::array storages{fluid::Storage::Double, fluid::Storage::Float};
 
@@ -97,14 +98,15 @@ Rates measured(int threads, bool& disturbed) {
   omp_set_num_threads(threads);
   Rates rates;
   for (std::size_t r = 0; r < 2; ++r) {
+    fluid::Spec spec{
+        .grid = {smallest_box}, .relaxation_time = r == 0 ? 0.9 : 1.0, .representation = representations[r]};
+    rates.step[r] = seconds_of_a_step(disturbed, {.fluid = spec});
     for (std::size_t s = 0; s < 2; ++s) {
+      spec.storage = storages[s];
       for (std::size_t b = 0; b < 2; ++b) {
-        const fluid::Spec spec{.grid = {boxes[b]},
-                               .relaxation_time = r == 0 ? 0.9 : 1.0,
-                               .storage = storages[s],
-                               .representation = representations[r]};
-        rates.nodes[r][s][b] =
-            static_cast<double>(spec.grid.count()) / seconds_of_a_step(disturbed, {.fluid = spec});
+        spec.grid.size = boxes[b];
+        rates.nodes[r][s][b] = static_cast<double>(spec.grid.count()) /
+                               (seconds_of_a_step(disturbed, {.fluid = spec}) - rates.step[r]);
       }
     }
   }
@@ -149,8 +151,8 @@ Rates measured(int threads, bool& disturbed) {
 
 /// One list, so that a file is read as it was written.
 std::vector<double*> values(Rates& rates) {
-  std::vector<double*> all{&rates.at_once[0],    &rates.at_once[1],      &rates.bonds,
-                           &rates.angles,        &rates.markers[0],      &rates.markers[1],
+  std::vector<double*> all{&rates.step[0],       &rates.step[1],         &rates.at_once[0], &rates.at_once[1],
+                           &rates.bonds,         &rates.angles,          &rates.markers[0], &rates.markers[1],
                            &rates.checked_nodes, &rates.checked_substeps};
   for (auto& of_representation : rates.nodes) {
     for (auto& of_storage : of_representation) {
@@ -276,7 +278,7 @@ Rates rates(int threads) {
 }
 
 Rates rates_for(const scene::ExpectedWork& work, int threads) {
-  constexpr double worth_measuring = 0.25;  // [s]
+  constexpr double worth_measuring = 0.05;  // [s]
   Rates found = rates(threads);
   scene::ExpectedWork of_fluid{.fluid = work.fluid, .counts = {}};
   of_fluid.counts.node_updates = work.counts.node_updates;
@@ -292,8 +294,7 @@ double seconds_of(const scene::ExpectedWork& work, const Rates& rates) {
                    work.checked_nodes / rates.checked_nodes + work.checked_substeps / rates.checked_substeps;
   if (!work.fluid) return seconds;
   if (rates.of_box) return seconds + count(work.counts.node_updates) / *rates.of_box;
-  auto by_size = rates.nodes[fluid::representation_of(*work.fluid) == fluid::Representation::Moments]
-                            [work.fluid->storage == fluid::Storage::Float];
+  auto by_size = rates.nodes[has_moments(work)][work.fluid->storage == fluid::Storage::Float];
   if (is_made_at_once(work)) by_size[1] = rates.at_once[work.fluid->storage == fluid::Storage::Float];
   // Between the two boxes by the logarithm of their nodes.
   const auto size = [](const std::array<std::int64_t, 3>& box) {
@@ -301,7 +302,9 @@ double seconds_of(const scene::ExpectedWork& work, const Rates& rates) {
   };
   const double share = std::clamp(
       (size(work.fluid->grid.size) - size(boxes[0])) / (size(boxes[1]) - size(boxes[0])), 0.0, 1.0);
-  return seconds + count(work.counts.node_updates) / (by_size[0] + share * (by_size[1] - by_size[0]));
+  const double updates = count(work.counts.node_updates);
+  return seconds + updates / static_cast<double>(work.fluid->grid.count()) * rates.step[has_moments(work)] +
+         updates / (by_size[0] + share * (by_size[1] - by_size[0]));
 }
 
 }  // namespace veriflex::engine

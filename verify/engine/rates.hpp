@@ -16,6 +16,8 @@ struct Rates {
   std::array<std::array<std::array<double, 2>, 2>, 2> nodes{};
   /// Of populations alone, by Storage, in a box that no cache holds: several steps at once.
   std::array<double, 2> at_once{};
+  /// Seconds of a step of the smallest box, by Representation: what threads wait for each other.
+  std::array<double, 2> step{};
   double bonds = 0.0, angles = 0.0;  // gradients
   std::array<double, 2> markers{};   // by Representation: coupled, all that is done for one included
   double checked_nodes = 0.0;        // of a body whose coupling is looked at before the first step, and
@@ -29,7 +31,7 @@ struct Rates {
 Rates rates(int threads);
 
 /// The same with the rate of the work's own box, or of a part of it that no cache holds, where that work
-/// would take a quarter of a second or more: the length of its rows, their vectors and its caches make up to
+/// would take 0.05 s or more: the length of its rows, their vectors and its caches make up to
 /// a factor of two. Measured in half a second at most, and kept as the others.
 Rates rates_for(const scene::ExpectedWork& work, int threads);
 
