@@ -10,12 +10,15 @@
 #include "base/work.hpp"
 #include "catch.hpp"
 #include "engine/asked.hpp"
+#include "engine/case.hpp"
 #include "engine/reference.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "repository.hpp"
 #include "studies/front.hpp"
 #include "studies/grid.hpp"
 #include "studies/numbers.hpp"
+#include "studies/studies.hpp"
 #include "unit/command.hpp"
 
 using namespace veriflex;
@@ -59,7 +62,7 @@ observe::Record table_of_errors() {
 
 double number_of(const std::string& check) { return number(asked(check), table_of_errors()).value; }
 
-const std::string scene = [] {
+const std::string bar_case = [] {
   std::string text = unit::replaced(unit::good_case, "id = \"bad\"", "id = \"bar\"");
   text = unit::replaced(text, "law = \"fene-lj\"\nepsilon = 1.0\nsigma = 1.0",
                         "law = \"harmonic\"\nbond_stiffness = 0.26\nrest_length = 1.0");
@@ -227,7 +230,7 @@ TEST_CASE("An axis of which a value is no number gives no order and no curve, an
 TEST_CASE("A check that asks a study for what it cannot have is refused at its place") {
   const Folder folder;
   folder.write("bar.toml",
-               scene +
+               bar_case +
                    "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [0.1, 0.2] }]\n"
                    "[[check]]\nkind = \"verification\"\nstatement = \"E = k/r0\"\nmetric = "
                    "\"young_modulos\"\nof = \"max\"\n"
@@ -293,7 +296,7 @@ TEST_CASE("A value that is never the cheapest says how much it costs at best") {
 
 TEST_CASE("A sweep that is asked for an error has its front, and timed rows have repeats") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  folder.write("bar.toml", bar_case);
   const Ran ran_it =
       ran(folder,
           "sweep bar.toml --over solid.nodes='[3, 3, 6],[3, 3, 9]' --error young_modulus --timed "
@@ -352,7 +355,7 @@ TEST_CASE("The error of a row may be that of a curve against a reference") {
                    io::sha256(points) + "\"\n");
   const auto swept = [&](const std::string& curve) {
     folder.write("bar.toml",
-                 std::string(scene) +
+                 std::string(bar_case) +
                      "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [0.13, -1, 0.26] }]\n"
                      "curve_error = { record = \"stress_strain\", x = \"strain\", " +
                      curve + " }\n");
@@ -374,8 +377,8 @@ TEST_CASE("The error of a row may be that of a curve against a reference") {
 
 TEST_CASE("A case that was not swept is advised by the sweep that is most like it") {
   const Folder folder;
-  folder.write("bar.toml", scene);
-  folder.write("longer.toml", unit::replaced(unit::replaced(scene, "id = \"bar\"", "id = \"longer\""),
+  folder.write("bar.toml", bar_case);
+  folder.write("longer.toml", unit::replaced(unit::replaced(bar_case, "id = \"bar\"", "id = \"longer\""),
                                              "[2, 2, 4]", "[2, 2, 6]"));
   const std::string advise = "advise longer.toml --error 1 --json --out out";
   const Ran nothing = ran(folder, advise);
@@ -398,7 +401,7 @@ TEST_CASE("A case that was not swept is advised by the sweep that is most like i
 
 TEST_CASE("A sweep of the command line has a row per run, also of one that fails, and keeps them") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  folder.write("bar.toml", bar_case);
   const std::string words = "sweep bar.toml --over bond.bond_stiffness=0.13,-1,0.26 --out out --json";
   const Ran first = ran(folder, words);
   REQUIRE(first.code == 0);
@@ -455,7 +458,7 @@ TEST_CASE("A sweep of the command line has a row per run, also of one that fails
 TEST_CASE("A study of which no row can be read is no case") {
   const Folder folder;
   const auto said = [&](const std::string& study) {
-    folder.write("bar.toml", scene + study);
+    folder.write("bar.toml", bar_case + study);
     const Ran validated = ran(folder, "validate bar.toml"), made = ran(folder, "run bar.toml --out out");
     CHECK(validated.code == made.code);
     return validated.err;
@@ -472,7 +475,7 @@ TEST_CASE("A study of which no row can be read is no case") {
 
 TEST_CASE("Shards make what one machine makes") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  folder.write("bar.toml", bar_case);
   const std::string words = "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.3 --json --out ";
   CHECK(ran(folder, words + "one --shard 1/2").code == 0);
   CHECK(ran(folder, words + "two --shard 2/2").code == 0);
@@ -488,7 +491,7 @@ TEST_CASE("Shards make what one machine makes") {
 
 TEST_CASE("Repeats are taken in rounds over all rows, and rounds are kept and merged as rows are") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  folder.write("bar.toml", bar_case);
   const std::string words =
       "sweep bar.toml --over bond.bond_stiffness=0.1,0.2 --timed --repeats 2 --json --out ";
   const auto seconds = [&](const std::string& out) {
@@ -513,7 +516,7 @@ TEST_CASE("Repeats are taken in rounds over all rows, and rounds are kept and me
 
 TEST_CASE("accept keeps the table of a study, and later runs are held to it row by row") {
   const Folder folder;
-  const std::string head(scene);
+  const std::string head(bar_case);
   const auto write = [&](const std::string& values) {
     folder.write("bar.toml",
                  head + "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [" + values + "] }]\n");
@@ -550,7 +553,7 @@ TEST_CASE("accept keeps the table of a study, and later runs are held to it row 
 
 TEST_CASE("A boundary is where a reader's own bound lies, and changes that come back are counted") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  folder.write("bar.toml", bar_case);
   const Ran ran_it = ran(
       folder,
       "boundary bar.toml --along bond.bond_stiffness=-1..1.1 --points 3 --accuracy 1e-6 --json --out out");
@@ -566,7 +569,7 @@ TEST_CASE("A boundary is where a reader's own bound lies, and changes that come 
 
 TEST_CASE("The boundary of a criterion is the middle of two places, where its bound lies between them") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  folder.write("bar.toml", bar_case);
   const Ran ran_it = ran(folder,
                          "boundary bar.toml --along bond.bond_stiffness=0.1..1.1 --points 3 --accuracy 0.01 "
                          "--criterion 'young_modulus<=0.437' --json --out out");
@@ -583,9 +586,39 @@ TEST_CASE("The boundary of a criterion is the middle of two places, where its bo
   CHECK(file.numbers(record + "boundary").front() == Approx(0.5 * (before + behind)).epsilon(1e-12));
 }
 
+TEST_CASE(
+    "The runs that a study plans are those that it makes, of a search those of a boundary in the middle") {
+  const Folder folder;
+  const std::string boundary =
+      "[boundary]\nkey = \"bond.bond_stiffness\"\nfrom = 0.1\nto = 1.1\npoints = 4\naccuracy = 0.01\n"
+      "criterion = { metric = \"young_modulus\", at_most = 0.599 }\n";
+  const std::string sweep = "[sweep]\naxes = [{ key = \"bond.bond_stiffness\", values = [0.1, 0.2, 0.4] }]\n";
+  const std::string ablate =
+      "[ablate]\nvariants = [{ name = \"soft\", set = { \"bond.bond_stiffness\" = 0.1 } }]\n";
+  for (const auto& [study, table] :
+       {std::pair{boundary, "outcome_boundary_rows"}, {sweep, "sweep"}, {ablate, "ablate"}}) {
+    INFO(study);
+    folder.write("bar.toml", bar_case + study);
+    const engine::Case c =
+        engine::read_case(folder.path() / "bar.toml", {}, studies::readers(), repository::references());
+    REQUIRE(c.study.runs);
+    CHECK(c.study.runs->side_by_side);
+    CHECK(c.study.runs->times == 1);
+    const Ran made = ran(folder, "run bar.toml --json --out out");
+    REQUIRE(made.code == 0);
+    CHECK(result_of(folder, made).texts(fmt::format("/records/{}/outcome", table)).size() ==
+          c.study.runs->settings.size());
+  }
+  folder.write("bar.toml", bar_case + unit::replaced(sweep, "[sweep]", "[sweep]\ntimed = true\nrepeats = 2"));
+  const engine::Case timed =
+      engine::read_case(folder.path() / "bar.toml", {}, studies::readers(), repository::references());
+  CHECK_FALSE(timed.study.runs->side_by_side);
+  CHECK(timed.study.runs->times == 3);
+}
+
 TEST_CASE("Along an axis of several the rows differ in that axis alone") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  folder.write("bar.toml", bar_case);
   const Ran ran_it = ran(folder,
                          "sweep bar.toml --over bond.bond_stiffness=0.1,0.2,0.4 --over bond.rest_length=1,2 "
                          "--json --out out");
@@ -607,7 +640,7 @@ TEST_CASE("Along an axis of several the rows differ in that axis alone") {
 
 TEST_CASE("An ablation shows what a part does") {
   const Folder folder;
-  std::string moving = unit::replaced(scene, "driver = \"tensile\"", "driver = \"integrator\"");
+  std::string moving = unit::replaced(bar_case, "driver = \"tensile\"", "driver = \"integrator\"");
   moving = unit::replaced(moving, "lateral = \"fixed\"\n", "");
   moving =
       moving.substr(0, moving.find("[tensile]")) +
@@ -651,7 +684,7 @@ TEST_CASE("What the plan of a scene leaves out can be put in, a row each, and ch
 
 TEST_CASE("A study of which no run can be read is bad input, with the reason of the first") {
   const Folder folder;
-  folder.write("bar.toml", scene);
+  folder.write("bar.toml", bar_case);
   for (const std::string words :
        {"sweep bar.toml --over bond.stiffnes=1,2", "boundary bar.toml --along bond.stiffnes=1..2"}) {
     const Ran ran_it = ran(folder, words);
