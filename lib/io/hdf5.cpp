@@ -353,13 +353,8 @@ bool Hdf5File::holds_texts(const std::string& path) const {
 }
 
 bool Hdf5File::holds(const std::string& path) const {
-  return reading(name_, path, [&] {
-    // Each group on the way must be there: the library takes a missing one for an error.
-    for (std::size_t end = path.find('/', 1); end != std::string::npos; end = path.find('/', end + 1)) {
-      if (H5Lexists(file_, path.substr(0, end).c_str(), H5P_DEFAULT) <= 0) return false;
-    }
-    return H5Lexists(file_, path.c_str(), H5P_DEFAULT) > 0;
-  });
+  // Where a group on the way is missing the library takes that for an error, which is no yes.
+  return reading(name_, path, [&] { return H5Lexists(file_, path.c_str(), H5P_DEFAULT) > 0; });
 }
 
 bool Hdf5File::has_attribute(const std::string& path, const std::string& name) const {

@@ -9,6 +9,7 @@
 #include "engine/study.hpp"
 #include "scene/plan.hpp"
 #include "scene/simulation.hpp"
+#include "solid/relax.hpp"
 
 using namespace veriflex;
 using parts::Kind;
@@ -201,6 +202,18 @@ TEST_CASE("What a static solution takes is what the allocator has given out for 
   solid::equilibrium(material, bar, start, held, load);
   CHECK(made(Kind::Statics).count == 1);
   CHECK((parts::peak().bytes - network) / parts::peak().allocated == Approx(1.0).margin(0.02));
+}
+
+TEST_CASE("What damped dynamics takes is counted where it has nothing to do, too") {
+  solid::Network pair = solid::cubic_lattice({{1, 1, 2}, 1.0});
+  solid::FixedDofs held = solid::FixedDofs::Constant(2, 3, false);
+  held.topRows(1).setConstant(true);
+  const Positions none = Positions::Zero(2, 3);
+  parts::restart();
+  const solid::Equilibrium rest = solid::relax({solid::Relaxation::DampedDynamics, 1e-9},
+                                               {bond::Harmonic{0.26, 1.0}, 0.0}, pair, none, held, none);
+  CHECK(rest.u.isZero(0.0));
+  CHECK(made(Kind::LeapFrog).bytes >= parts::array_bytes(none, none));
 }
 
 TEST_CASE("A plan that promises what a run does not keep is found out") {
