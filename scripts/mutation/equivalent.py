@@ -106,4 +106,7 @@ EQUIVALENT = [
      "largest_magnitude(next.g) < kept_helps * largest_magnitude(now.g)) {", "two computed residuals in that very ratio; at rest it has ended before"),
     ("lib/scene/alternating_growth.cpp", "!(scales.answered < 2.0 - 1e-9))", "!(scales.answered <= 2.0 - 1e-9))",
      "an eigenvalue that is this very number"),
+    ("lib/scene/simulated_step.cpp", "for (int pass = 0; pass < 3; ++pass) found += body.strained.solve(body.stiffness * (u - found));",
+     "for (int pass = 0; pass <= 3; ++pass) found += body.strained.solve(body.stiffness * (u - found));",
+     "one more pass of an iteration that has come to its end"),
 ]
