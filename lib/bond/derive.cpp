@@ -19,15 +19,15 @@ constexpr int scan_cells = 4000;    // per smooth piece
 
 // An interval of lengths in which the tension changes sign from push to pull.
 template <BondLaw Law>
-Interval bracket_rest(const Law& law) {
+Interval bracket_rest(const Law& law, const Function& tension) {
   const double shortest = law.domain().lo;
   const double longest = law.domain().hi;
   const auto shorter = [&](double r) { return shortest > 0.0 ? 0.5 * (r + shortest) : 0.8 * r; };
   const auto longer = [&](double r) { return std::isfinite(longest) ? 0.5 * (r + longest) : 1.25 * r; };
   double lo = law.typical_length();
   double hi = lo;
-  for (int i = 0; i < 200 && admits(law, lo) && !(law.tension(lo) <= 0.0); ++i) lo = shorter(lo);
-  for (int i = 0; i < 200 && admits(law, hi) && !(law.tension(hi) >= 0.0); ++i) hi = longer(hi);
+  for (int i = 0; i < 200 && admits(law, lo) && !(tension(lo) <= 0.0); ++i) lo = shorter(lo);
+  for (int i = 0; i < 200 && admits(law, hi) && !(tension(hi) >= 0.0); ++i) hi = longer(hi);
   if (!admits(law, lo) || !admits(law, hi) || !(law.tension(lo) <= 0.0) || !(law.tension(hi) >= 0.0)) {
     throw BadParameter("law", fmt::format("no rest length found for bond law {}", Law::name),
                        "its tension does not change sign in its domain, or leaves double precision",
@@ -37,17 +37,17 @@ Interval bracket_rest(const Law& law) {
 }
 
 template <BondLaw Law>
-double rest_length(const Law& law) {
-  const Interval bracket = bracket_rest(law);
-  double r = bracketed_root([&](double x) { return law.tension(x); }, bracket.lo, bracket.hi);
+double rest_length(const Law& law, const Function& tension) {
+  const Interval bracket = bracket_rest(law, tension);
+  double r = bracketed_root(tension, bracket.lo, bracket.hi);
   // Newton's steps to the last bit: stop when the residual no longer shrinks.
   for (int i = 0; i < 10; ++i) {
-    const double better = r - law.tension(r) / law.stiffness(r);
-    if (!admits(law, better) || !(std::abs(law.tension(better)) < std::abs(law.tension(r)))) break;
+    const double better = r - tension(r) / law.stiffness(r);
+    if (!admits(law, better) || !(std::abs(tension(better)) < std::abs(tension(r)))) break;
     r = better;
   }
   for (const double neighbour : {std::nextafter(r, bracket.lo), std::nextafter(r, bracket.hi)}) {
-    if (admits(law, neighbour) && std::abs(law.tension(neighbour)) < std::abs(law.tension(r))) r = neighbour;
+    if (admits(law, neighbour) && std::abs(tension(neighbour)) < std::abs(tension(r))) r = neighbour;
   }
   // A sign change at a jump of the tension is no rest state.
   if (!(std::abs(law.tension(r)) <= 1e-9 * std::abs(law.stiffness(r)) * r)) {
@@ -187,7 +187,7 @@ Derivative stiffness_by_differences(const Law& law, double rest, double radius) 
 template <BondLaw Law>
 Derivation derive_law(const Law& law) {
   Derivation d{};
-  const double rest = rest_length(law);
+  const double rest = rest_length(law, [&](double r) { return law.tension(r); });
   const double k0 = law.stiffness(rest);
   d.rest_length = rest;
   d.stiffness = k0;
@@ -226,6 +226,19 @@ Derivation derive_law(const Law& law) {
 
 Derivation derive(const AnyLaw& law) {
   return std::visit([](const auto& l) { return derive_law(l); }, law);
+}
+
+std::vector<double> rest_length_search(const AnyLaw& law) {
+  std::vector<double> asked;
+  std::visit(
+      [&](const auto& l) {
+        rest_length(l, [&](double r) {
+          asked.push_back(r);
+          return l.tension(r);
+        });
+      },
+      law);
+  return asked;
 }
 
 AtLength derive_at(const AnyLaw& law, double length) {

@@ -54,6 +54,10 @@ struct Derivation {
 /// numbers leave double precision.
 Derivation derive(const AnyLaw& law);
 
+/// The lengths at which the search for the rest length asks for the tension, in that order. Throws as
+/// derive() does.
+std::vector<double> rest_length_search(const AnyLaw& law);
+
 /// -dF/d(strain) and E if r were the rest length: what a rounded r_eq gives.
 struct AtLength {
   double force_per_strain;  // U''(r) r  [M L T^-2]

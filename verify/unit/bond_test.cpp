@@ -92,6 +92,21 @@ TEST_CASE("The rest state of the paper's bond has the exact values") {
   CHECK(tight.rest_length == Approx(0.938137323331196937928462).epsilon(1e-14));
 }
 
+TEST_CASE("The search for the rest length ends there, each of its last steps with far fewer wrong digits") {
+  for (const AnyLaw& law : examples()) {
+    const double rest = derive(law).rest_length;
+    std::vector<double> errors;
+    for (const double r : rest_length_search(law)) {
+      const double error = std::abs(r / rest - 1.0);
+      if (errors.empty() || error < errors.back()) errors.push_back(error);
+    }
+    CHECK(errors.back() == 0.0);
+    CHECK(errors.size() < 20);
+    for (std::size_t i = 1; i < errors.size(); ++i)
+      if (errors[i - 1] < 1e-3) CHECK(errors[i] < std::max(1e-15, 0.05 * errors[i - 1]));
+  }
+}
+
 TEST_CASE("At any length a bond has the modulus and the force per strain of its stiffness there") {
   const AnyLaw law = fene_lj(1.0, 1.0);
   const double length = 1.2, k = stiffness(law, length);

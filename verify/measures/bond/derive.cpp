@@ -97,6 +97,27 @@ Record kinks_record(const bond::Derivation& d) {
   return record;
 }
 
+/// What an accuracy of r_eq and E costs: the best length so far, as far as the search has come.
+Record search_record(const DeriveStudy& study) {
+  Record record{"root_search",
+                "Error of the rest length and of Young's modulus against evaluations of the tension",
+                {{"evaluations", "", "1", "of the tension so far", {}},
+                 {"rest_length_error", "", "1", "of the length with the least tension so far, relative", {}},
+                 {"young_modulus_error", "", "1", "of U''(r)/r there, relative", {}}}};
+  const bond::Derivation& d = study.derivation;
+  const std::vector<double> asked = bond::rest_length_search(study.law);
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < asked.size(); ++i) {
+    const double tension = std::abs(bond::tension(study.law, asked[i]));
+    if (!(tension < least)) continue;
+    least = tension;
+    const double young = bond::derive_at(study.law, asked[i]).young_modulus;
+    record.append({static_cast<double>(i + 1), std::abs(asked[i] / d.rest_length - 1.0),
+                   std::abs(young / d.young_modulus - 1.0)});
+  }
+  return record;
+}
+
 /// What the law says, all of it known before a run; and of what cannot be known, why.
 struct Measured {
   Observations seen;
@@ -160,8 +181,12 @@ Measured measure(const DeriveStudy& study) {
   }
   Record validity = validity_record();
   record_validity(d, validity);
-  Measured all{{.records = {potential_record(study), moduli_record(study), validity}, .metrics = metrics},
-               warnings};
+  Record search = search_record(study);
+  metrics.push_back({"rest_length_evaluations", search.columns.front().values.back(), "1",
+                     "of the tension until r_eq is known to the last bit"});
+  Measured all{
+      {.records = {potential_record(study), moduli_record(study), validity, search}, .metrics = metrics},
+      warnings};
   if (!d.kinks.empty()) all.seen.records.push_back(kinks_record(d));
   return all;
 }
