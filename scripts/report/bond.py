@@ -256,6 +256,22 @@ def curve_error(result, record):
     return Figure(caption, inline_svg(drawing, caption))
 
 
+def root_search(result, record):
+    """Errors against evaluations of the tension."""
+    if not drawable(record, "evaluations", "rest_length_error", "young_modulus_error"):
+        return None
+    drawing, (axes,) = canvas(height=2.7)
+    handles = []
+    for name, label, style in (("young_modulus_error", "Young's modulus", "s-"), ("rest_length_error", "rest length", "o--")):
+        handles += axes.plot(record["evaluations"], np.maximum(record[name], 2.0**-54), style, label=label)
+    axes.set_yscale("log")
+    axes.set_xlabel("evaluations of the tension [1]")
+    axes.set_ylabel("relative error [1]")
+    legend_above(axes, handles)
+    caption = "What an accuracy of rest length and modulus costs: the best so far of the search; no error is drawn as 2⁻⁵⁴."
+    return Figure(caption, inline_svg(drawing, caption))
+
+
 def laws(results):
     """Results that hold a bond's potential and say its modulus and rest length."""
     return [

@@ -34,6 +34,7 @@ KINDS = {
     "potential": (bond.potential_energy, bond.tension),
     "stress_strain": (bond.stress_strain, bond.curve_error, bond.moduli, bond.moduli_near_rest),
     "moduli": (bond.moduli, bond.moduli_near_rest),
+    "root_search": (bond.root_search,),
     "convergence": (fluid.convergence,),
     "delta_sums": (coupling.delta_scan,),
     "delta_imbalances": (coupling.delta_scan,),
