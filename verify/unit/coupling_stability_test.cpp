@@ -364,6 +364,8 @@ TEST_CASE("A weaker exchange is as stable as a strong one") {
 TEST_CASE("No node mass is looked for where V S is 2 or more") {
   scene::Body strong = one_node(0.26, 1.0, 2);
   strong.coupling->marker_volume = 2.0 / one_marker * 1.001;
+  const scene::CoupledStep step(box, strong, scene::FluidMemory::Keeps);
+  CHECK_FALSE(scene::AlternatingGrowth::of(step, scene::scales_of(step)).has_value());
   CHECK(scene::answered_slip(box, strong) == Approx(2.002).epsilon(1e-9));
   CHECK_THROWS_WITH(scene::critical_node_mass(box, strong, 0.01),
                     ContainsSubstring("no node mass is stable"));

@@ -368,6 +368,8 @@ TEST_CASE("Documents: a key may have sixteen parts, and no more") {
   for (int part = 1; part < 16; ++part) key += ".a";
   CHECK(io::parse_document(key + " = 1\n", "t.toml").shown(key) == "1");
   CHECK_THROWS_WITH(io::parse_document(key + ".a = 1\n", "t.toml"), ContainsSubstring("more than 16 parts"));
+  CHECK_THROWS_WITH(io::parse_document("x = 1\n\ny = \"\"\"of\ntwo\"\"\"\n" + key + ".a = 1\n", "t.toml"),
+                    StartsWith("t.toml:5:"));
 }
 
 TEST_CASE("Documents: dotted paths show values, and every unknown key is named") {

@@ -190,7 +190,23 @@ TEST_CASE("A body written as a data file is read as that body: places bit by bit
   }
 }
 
+TEST_CASE("The box of a written file holds the body, its longest bond from every face") {
+  scene::Body body{};
+  body.material = {bond::Harmonic{0.26, 2.5}, 0.0};
+  body.network = solid::cubic_lattice({{2, 3, 4}, 2.5});
+  body.place = {4.0, -20.0, 30.0};
+  body.name = "block";
+  body.start.displacement = Positions::Zero(24, 3);
+  body.start.displacement.col(2).tail(6).setConstant(1.0);  // the last layer: bonds of 3.5 along z
+  const std::string text = observe::lammps_data_of(scene::MovingBody(body, nullptr), 0.0);
+  CHECK_THAT(text, ContainsSubstring("\n0.5 10 xlo xhi\n-23.5 -11.5 ylo yhi\n26.5 42 zlo zhi\n"));
+}
+
 TEST_CASE("What is wrong with a data file is said with its place") {
+  for (const char* line :
+       {"2 extra bonds", "2 bonds per atom", "extra bond per atom", "1 2 extra bond per atom"}) {
+    CHECK_THAT(message_of(with("2 angles", std::string("2 angles\n") + line)), StartsWith("x.data:6:1: "));
+  }
   CHECK_THAT(message_of(with("4 atoms\n", "")),
              StartsWith("x.data:13:1: the header ends without a number of atoms"));
   CHECK_THAT(message_of(with("4 atoms", "4.5 atoms")), StartsWith("x.data:3:1: '4.5' is not an integer"));

@@ -8,6 +8,7 @@
 #include "fluid/obstacle.hpp"
 #include "io/file.hpp"
 #include "io/hdf5.hpp"
+#include "io/vtk.hpp"
 #include "observe/check.hpp"
 #include "observe/field.hpp"
 #include "observe/interrupted.hpp"
@@ -187,6 +188,29 @@ TEST_CASE("An obstacle has no image across a wall, and none of it stands beyond 
   CHECK(fluid::voxels(grid, fluid::Sphere{{0.0, 0.0, 4.0}, 2.5}, closed).size() == 51);  // y is periodic
   CHECK(fluid::voxels(grid, fluid::Sphere{{-3.0, 6.0, 4.0}, 2.5}, closed).empty());
   CHECK(fluid::voxels(grid, fluid::Sphere{{19.0, 6.0, 4.0}, 2.5}, closed).empty());
+}
+
+TEST_CASE("A grid for VTK says how many cells it has, where each ends and of which kind each is") {
+  const io::VtkGrid lines{.time = 0.5,
+                          .points = {0, 0, 0, 1, 0, 0, 1, 1, 0},
+                          .cell = io::VtkCell::line,
+                          .corners = {0, 1, 1, 2},
+                          .on_points = {},
+                          .on_cells = {}};
+  const std::string text = io::vtk_xml(lines);
+  CHECK_THAT(text, ContainsSubstring("NumberOfPoints=\"3\" NumberOfCells=\"2\""));
+  // Behind the XML: so many bytes, and these, of each array.
+  std::string data;
+  const auto add = [&](const auto& values) {
+    const std::uint64_t bytes = values.size() * sizeof values[0];
+    data.append(reinterpret_cast<const char*>(&bytes), sizeof bytes);
+    data.append(reinterpret_cast<const char*>(values.data()), bytes);
+  };
+  add(lines.points);
+  add(lines.corners);
+  add(std::vector<std::int64_t>{2, 4});
+  add(std::vector<std::uint8_t>{3, 3});
+  CHECK_THAT(text, ContainsSubstring("<AppendedData encoding=\"raw\">\n_" + data + "\n</AppendedData>"));
 }
 
 TEST_CASE("Voxels are the nodes inside, across the edges of the periodic box too") {
