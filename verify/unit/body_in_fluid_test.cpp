@@ -6,6 +6,7 @@
 #include "bond/harmonic.hpp"
 #include "catch.hpp"
 #include "measures/filament/filament_compare.hpp"
+#include "observe/snapshot.hpp"
 #include "scene/markers.hpp"
 #include "scene/simulation.hpp"
 #include "unit/command.hpp"
@@ -175,6 +176,40 @@ TEST_CASE("A marker whose support contains a solid node is refused, and one besi
     X(0, axis) += 0.01;
     CHECK_THROWS_WITH(transfer.locate(X), ContainsSubstring("node (6, 5, 5) of the obstacle"));
   }
+}
+
+TEST_CASE("Each node of a support counts where it is solid, and no other of the box") {
+  const Grid uneven{{6, 9, 12}};
+  const Vec3 X{5.3, 2.4, 11.6};  // across the edges of the periodic box
+  const auto away = [&](std::int64_t node, std::size_t axis) {
+    return std::abs(
+        std::remainder(static_cast<double>(uneven.node(node)[axis]) - X[static_cast<Eigen::Index>(axis)],
+                       static_cast<double>(uneven.size[axis])));
+  };
+  for (std::int64_t node = 0; node < uneven.count(); ++node) {
+    const bool is_under = away(node, 0) < 2.0 && away(node, 1) < 2.0 && away(node, 2) < 2.0;
+    coupling::Transfer transfer(uneven, {false, false, false}, coupling::Delta::Cosine, std::vector{node});
+    bool is_refused = false;
+    try {
+      transfer.locate(X.transpose());
+    } catch (const NumericalFailure&) {
+      is_refused = true;
+    }
+    INFO("node " << node);
+    CHECK(is_refused == is_under);
+  }
+}
+
+TEST_CASE("A picture of a body shows what the fluid does to each of its nodes that is coupled") {
+  scene::Simulation simulation = pushed_pair({1.0, 1.0, 1, 1, false});
+  simulation.advance(3);
+  const io::VtkGrid picture = observe::picture_of_body(simulation.body(), 3.0);
+  const auto force = std::find_if(picture.on_points.begin(), picture.on_points.end(),
+                                  [](const io::VtkArray& one) { return one.name == "fluid_force"; });
+  REQUIRE(force != picture.on_points.end());
+  const Vec3 exchanged = simulation.body().exchanged().row(0);
+  CHECK(exchanged.norm() > 0.0);
+  CHECK(force->values == std::vector<double>{exchanged[0], exchanged[1], exchanged[2], 0.0, 0.0, 0.0});
 }
 
 TEST_CASE("Swimming and the change from period to period are measured over the last period") {

@@ -254,6 +254,8 @@ TEST_CASE("The largest work of each body's load so far survives a checkpoint") {
   Live second(text, monitor);
   second.run.restore(before);
   CHECK(second.run.state().load_work == before.load_work);
+  CHECK(before.checked == 30);
+  CHECK(second.run.state().checked == before.checked);
 }
 
 TEST_CASE("What is built to put a state back does not count as built") {

@@ -110,3 +110,16 @@ TEST_CASE("A block that is bonded across the box shears with G = 4 k_a/r0^3 and 
   u.setConstant(0.3);
   CHECK(energy_of(network, u) == Approx(0.0).margin(1e-18));
 }
+
+TEST_CASE("Only rows of nodes that go from one end to the other are bonded across") {
+  // The second row has a low end alone.
+  solid::Network network;
+  network.rest = (Positions(3, 3) << 0, 0, 0, 1, 0, 0, 0, 1, 0).finished();
+  network.spacing = 1.0;
+  network.vectors.resize(0, 3);
+  scene::bond_across(network, 0);
+  REQUIRE(network.bonds.size() == 1);
+  CHECK(network.bonds[0].first == 0);
+  CHECK(network.bonds[0].second == 1);
+  CHECK(network.vectors.row(0) == Eigen::RowVector3d(-1.0, 0.0, 0.0));
+}

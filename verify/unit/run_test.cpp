@@ -22,6 +22,7 @@
 #include "io/hdf5.hpp"
 #include "measures/drivers.hpp"
 #include "observe/interrupted.hpp"
+#include "observe/run.hpp"
 #include "repository.hpp"
 #include "unit/command.hpp"
 
@@ -155,6 +156,22 @@ TEST_CASE("The last good state of a broken run stands once, and records have row
   CHECK(file.numbers("/metrics/value") == std::vector<double>{2.0});
   CHECK(file.numbers("/records/ragged/x") == std::vector<double>{1.0});
   CHECK(file.numbers("/records/ragged/y") == std::vector<double>{3.0});
+}
+
+TEST_CASE("A body that stands under its load from the start has lost no energy") {
+  // Half way to where the load would hold it: what was put in is what the bond holds, and not what the load
+  // has given up, which is four times that.
+  constexpr double k = 0.26, F = 0.01;
+  scene::Body pair{{bond::Harmonic{k, 1.0}, 0.0}, solid::cubic_lattice({{1, 1, 2}, 1.0}), {}, {8, 0.0}};
+  pair.conditions.fixed = solid::FixedDofs::Constant(2, 3, true);
+  pair.conditions.fixed(1, 2) = false;
+  pair.conditions.load = pair.start.displacement = Positions::Zero(2, 3);
+  pair.conditions.load(1, 2) = F;
+  pair.start.displacement(1, 2) = 0.5 * F / k;
+  scene::Simulation simulation({.bodies = {pair}});
+  Progress progress{"test"};
+  observe::Run run(simulation, {.every = 1, .bodies = {.energy_growth = 0.1}}, {}, "", progress);
+  CHECK_NOTHROW(run.advance(40, 40));
 }
 
 TEST_CASE("A study that takes an interruption for its answer is believed nothing") {
