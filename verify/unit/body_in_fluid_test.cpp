@@ -212,6 +212,38 @@ TEST_CASE("A picture of a body shows what the fluid does to each of its nodes th
   CHECK(force->values == std::vector<double>{exchanged[0], exchanged[1], exchanged[2], 0.0, 0.0, 0.0});
 }
 
+TEST_CASE(
+    "A picture of a body without bonds has each of its nodes as a cell, one of a fluid the stress of each "
+    "node") {
+  scene::Body dots;
+  dots.network.rest = (Positions(3, 3) << 0, 0, 0, 1, 0, 0, 0, 2, 0).finished();
+  dots.network.vectors.resize(0, 3);
+  dots.motion = scene::Motion{.velocity = {0.01, 0.0, 0.0}};
+  dots.place = {3.0, 3.0, 3.0};
+  dots.coupling = {.coupled = scene::Coupled::All};
+  const scene::Simulation of_dots(
+      {.fluid = fluid::Spec{.grid = box, .relaxation_time = 0.9}, .bodies = {dots}});
+  const io::VtkGrid picture = observe::picture_of_body(of_dots.body(), 0.0);
+  CHECK(picture.cell == io::VtkCell::vertex);
+  CHECK(picture.corners == std::vector<std::int64_t>{0, 1, 2});
+
+  scene::Simulation simulation = pushed_pair({0.8, 0.6, 3, 1, false});
+  simulation.advance(5);
+  const fluid::Fluid& fluid = simulation.fluid();
+  const std::array<std::int64_t, 3> from{4, 3, 5}, to{6, 5, 6};
+  const io::VtkImage image =
+      observe::picture_of_fluid(fluid, from, to, {.density = false, .velocity = false, .stress = true}, 5.0);
+  REQUIRE(image.on_nodes.size() == 1);
+  const std::vector<double>& stress = image.on_nodes[0].values;
+  REQUIRE(stress.size() == 6 * 3 * 3 * 2);
+  const std::vector<std::int64_t> last{fluid.spec().grid.index(6, 5, 6)};
+  std::vector<fluid::Populations> h(1);
+  fluid.populations(last, h);
+  const Mat3 s = fluid::viscous_stress(h[0], 0.9);
+  CHECK(std::vector<double>(stress.end() - 6, stress.end()) ==
+        std::vector<double>{s(0, 0), s(1, 1), s(2, 2), s(0, 1), s(1, 2), s(0, 2)});
+}
+
 TEST_CASE("Swimming and the change from period to period are measured over the last period") {
   measures::StrokeResult seen;
   for (int k = 0; k < 3 * measures::phases_per_period; ++k) {
