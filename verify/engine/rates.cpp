@@ -106,7 +106,7 @@ Rates measured(int threads, bool& disturbed) {
       for (std::size_t b = 0; b < 2; ++b) {
         spec.grid.size = boxes[b];
         rates.nodes[r][s][b] = static_cast<double>(spec.grid.count()) /
-                               (seconds_of_a_step(disturbed, {.fluid = spec}) - rates.step[r]);
+                               std::max(seconds_of_a_step(disturbed, {.fluid = spec}) - rates.step[r], 1e-12);
       }
     }
   }

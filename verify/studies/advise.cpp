@@ -281,20 +281,24 @@ bool from_moments_alone(const std::string& axis, double x, double from, double t
   return axis.ends_with("relaxation_time") && x != moments && (from == moments || to == moments);
 }
 
-// Values of rows along an axis, less that of moments: so many it takes to see that they follow a law.
-constexpr std::size_t least_values = 3;
-std::size_t values_of_law(const std::string& axis, std::size_t number, const Family& family) {
-  std::set<double> values;
-  for (const Point& row : family.points) values.insert(row[number]);
-  if (axis.ends_with("relaxation_time")) values.erase(variable(axis, 1.0));
-  return values.size();
+// Whether rows have so many values along each axis, less that of moments, as it takes to see a law.
+std::vector<bool> axes_of_laws(const std::vector<const Column*>& axes, const Family& family) {
+  constexpr std::size_t least_values = 3;
+  std::vector<bool> all;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    std::set<double> values;
+    for (const Point& row : family.points) values.insert(row[axis]);
+    if (axes[axis]->name.ends_with("relaxation_time")) values.erase(variable(axes[axis]->name, 1.0));
+    all.push_back(values.size() >= least_values);
+  }
+  return all;
 }
 
 // Whether a point may be advised: every row at the corners of its cell of the grid has completed, and beyond
 // the grid it lies where the error falls, so that a limit of stability is not stepped over, and the time
 // rises: what were better and cheaper than all rows is the luck of some of them.
-bool is_usable(const std::vector<const Column*>& axes, const Family& family, const Model& model,
-               const Point& x) {
+bool is_usable(const std::vector<const Column*>& axes, const std::vector<bool>& have_laws,
+               const Family& family, const Model& model, const Point& x) {
   std::vector<std::pair<double, double>> cell;  // the grid's neighbours of x along each axis
   for (std::size_t axis = 0; axis < x.size(); ++axis) {
     double below = -INFINITY, above = INFINITY;
@@ -302,8 +306,7 @@ bool is_usable(const std::vector<const Column*>& axes, const Family& family, con
       if (row[axis] <= x[axis]) below = std::max(below, row[axis]);
       if (row[axis] >= x[axis]) above = std::min(above, row[axis]);
     }
-    const bool is_swept = below == x[axis];
-    if (!is_swept && values_of_law(axes[axis]->name, axis, family) < least_values) return false;
+    if (below != x[axis] && !have_laws[axis]) return false;
     const double falls = model.of_error[static_cast<Eigen::Index>(2 * axis + 1)];
     const double rises = model.of_time[static_cast<Eigen::Index>(axis + 1)];
     if (std::isinf(above) && !(falls > 0.0 && rises > 0.0)) return false;
@@ -538,8 +541,10 @@ void search(const SweptRows& rows, Search& found) {
     };
     if (is_trusted) {
       consider_rows();
+      const std::vector<bool> have_laws = axes_of_laws(axes, family);
       for_each_point(axes, [&](const Point& x) {
-        if (distance(x, family.points[nearest(family, x)]) == 0.0 || !is_usable(axes, family, *model, x))
+        if (distance(x, family.points[nearest(family, x)]) == 0.0 ||
+            !is_usable(axes, have_laws, family, *model, x))
           return;
         found.consider(error_law(model->of_error, x), model->time(x), model->error_factor,
                        [&] { return advice_at(rows, family, *model, x); });
