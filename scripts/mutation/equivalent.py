@@ -157,4 +157,10 @@ EQUIVALENT = [
     ("lib/solid/angle_kernel.cpp", "constexpr double near_rest = 1.0 / 3.0;",
      "constexpr double near_rest = 1.01 / 3.0;",
      "the polynomial holds a hundredth beyond, too"),
+    ("lib/bond/derive.cpp", "if (!admits(law, lo) || !admits(law, hi) || !(law.tension(lo) <= 0.0) || !(law.tension(hi) >= 0.0)) {",
+     "if (!admits(law, lo) || !admits(law, hi) && !(law.tension(lo) <= 0.0) || !(law.tension(hi) >= 0.0)) {",
+     "a length that a law does not admit has no tension, which the last condition refuses"),
+    ("lib/bond/derive.cpp", "for (int i = 1; i <= scan_cells; ++i) {",
+     "for (int i = 1; i < scan_cells; ++i) {", "no law leaves its tolerance in the last of 4000 cells alone"),
+    ("lib/io/hdf5.cpp", "static std::atomic<unsigned> count = 0;", "static std::atomic<unsigned> count = 1;", "names of files in memory are counted from one on"),
 ]

@@ -361,6 +361,19 @@ TEST_CASE("A weaker exchange is as stable as a strong one") {
   }
 }
 
+TEST_CASE("Scales of an exchange are largest eigenvalues, which bounds by rows exceed") {
+  const scene::CoupledStep step(box, rod(4, 1.0, 1), scene::FluidMemory::Keeps);
+  const scene::Scales scales = scene::scales_of(step);
+  const auto largest = [](const Eigen::MatrixXd& matrix) {
+    return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(matrix, Eigen::EigenvaluesOnly)
+        .eigenvalues()
+        .maxCoeff();
+  };
+  CHECK(scales.stiffness == Approx(largest(step.stiffness())).epsilon(1e-6));
+  CHECK(scales.answered == Approx(largest(step.answering())).epsilon(1e-6));
+  CHECK(scales.answered < 0.95 * solid::infinity_norm(step.answering()));
+}
+
 TEST_CASE("No node mass is looked for where V S is 2 or more") {
   scene::Body strong = one_node(0.26, 1.0, 2);
   strong.coupling->marker_volume = 2.0 / one_marker * 1.001;

@@ -487,6 +487,18 @@ TEST_CASE(
   CHECK_FALSE(file.holds("/nothing/at/all"));
 }
 
+TEST_CASE("A file has the same bytes whenever it is made") {
+  const auto made = [] {
+    io::Hdf5Image image;
+    image.numbers("/data/a", std::vector{1.0, 2.0});
+    image.attribute("/data/a", "unit", std::string("m"));
+    return image.bytes();
+  };
+  const std::vector<char> before = made();
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // times in HDF5 are whole seconds
+  CHECK(made() == before);
+}
+
 TEST_CASE("A damaged result is found by its checksum before the HDF5 library sees it") {
   const Folder folder;
   folder.write("bad.toml", good_case);
