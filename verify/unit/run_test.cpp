@@ -496,7 +496,7 @@ TEST_CASE("A file has the same bytes whenever it is made") {
   };
   const std::vector<char> before = made();
   std::this_thread::sleep_for(std::chrono::milliseconds(1100));  // times in HDF5 are whole seconds
-  CHECK((made() == before));  // not to be printed
+  CHECK((made() == before));                                     // not to be printed
 }
 
 TEST_CASE("A damaged result is found by its checksum before the HDF5 library sees it") {
