@@ -98,9 +98,9 @@ std::string text_of(const Boundary& b, double x) {
 }
 
 void add(const Boundary& b, Line& line, Look look) {
-  const auto behind = std::find_if(line.looks.begin(), line.looks.end(), [&](const Look& other) {
-    return b.to > b.from ? other.x > look.x : other.x < look.x;
-  });
+  const auto behind = std::upper_bound(
+      line.looks.begin(), line.looks.end(), look,
+      [&](const Look& one, const Look& other) { return b.to > b.from ? one.x < other.x : one.x > other.x; });
   line.looks.insert(behind, std::move(look));
 }
 

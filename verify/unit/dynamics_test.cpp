@@ -313,7 +313,7 @@ TEST_CASE(
 }
 
 TEST_CASE("Automatic sub-steps follow the stiffest bond during a run, up and down") {
-  // A bond that is let go from its shorter side stiffens by a multiple, and softens beyond its rest.
+  // A bond that swings about its rest is stiffer while it is short and softer while it is long.
   const Network pair = cubic_lattice({{1, 1, 2}, 1.0});
   Positions v = zero(pair);
   v(1, 2) = -0.05;
